@@ -4,12 +4,14 @@
 
 namespace anticrack {
 
-/// A computation left its domain: not-finite state, inverted particle. The message names step, time, particle, quantity.
+/// A computation left its domain: not-finite state, inverted particle. The message names step, time,
+/// particle, quantity.
 struct NumericalError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// An argument or input is outside what the called function accepts. The message names quantity, value and allowed range.
+/// An argument or input is outside what the called function accepts. The message names quantity, value and
+/// allowed range.
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

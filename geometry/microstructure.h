@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "gaussian_random_field.h"
+#include "sample_lattice.h"
+#include "vec3.h"
+
+namespace anticrack {
+
+struct LevelSet;  // level_set.h; holds the OpenVDB grid
+
+using MetadataValue = std::variant<std::int64_t, double, std::string>;
+
+/// A solid as a narrow-band signed distance, with the lattice that resolves it and the record of how it was
+/// made. Cheap to copy: the level set is shared and never changes.
+struct Microstructure {
+  /// Grid `surface`: signed distance [m], negative in the solid, half width 3 voxels. In the structures made
+  /// here voxel (i,j,k) lies at lattice point (i,j,k) and the sample box's faces cap the solid.
+  std::shared_ptr<const LevelSet> surface;
+
+  SampleLattice lattice;  ///< resolves the sample box
+  Vec3 origin =
+      Vec3::Zero();  ///< lower corner of the sample box in the level set's world space [m]; 0 for our own
+  std::size_t solid_points = 0;  ///< lattice points in the solid
+
+  /// How it was made, by scene key: `source`, `solid_fraction` (asked), `solid_fraction_achieved`, `waves`,
+  /// `wavelengths_per_side`, `heterogeneity`, `seed` (decimal digits), `threshold`, `threshold_rule`, ...
+  std::map<std::string, MetadataValue> metadata;
+
+  /// Achieved solid fraction: solid lattice points over all.
+  double solid_fraction() const { return double(solid_points) / double(lattice.count()); }
+};
+
+enum class ThresholdRule {
+  theory,  ///< t = erfinv(1 - 2 phi), Eq. 4: phi holds on average over realizations
+  exact,   ///< the order statistic of G on the lattice: phi holds for this sample to one lattice point
+};
+
+/// The level cut {G > t} of a Gaussian random field, capped by the sample box (Eqs. 1-4).
+/// @param solid_fraction  phi, in (0, 1]; 1 is the full block
+/// @throws InputError  if a parameter is out of range, or no lattice point is solid
+Microstructure generate_microstructure(const SampleLattice& lattice, const GaussianRandomFieldSpec& spec,
+                                       double solid_fraction, ThresholdRule rule = ThresholdRule::theory);
+
+/// A sample box without pores.
+Microstructure full_block(const SampleLattice& lattice);
+
+/// The lattice points at which the level set is negative, as positions in the sample box [0, lattice.size()]
+/// [m]; x runs fastest, then y, then z, for any number of threads. The level set is read at `origin` + point,
+/// trilinearly, which is the voxel's own value where a voxel lies.
+/// @throws InputError  if no lattice point is solid
+std::vector<Vec3> seed_particles(const Microstructure& structure, const SampleLattice& lattice);
+
+}  // namespace anticrack
