@@ -1,0 +1,87 @@
+#include "gaussian_random_field.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "errors.h"
+#include "random_stream.h"
+#include "wave_transform.h"
+
+namespace anticrack {
+namespace {
+
+constexpr double two_pi = 2.0 * std::numbers::pi;
+
+void require_positive(const char* quantity, double value) {
+  if (!(value > 0) || !std::isfinite(value))
+    throw InputError(
+        fmt::format("Gaussian random field: {} = {}; expected a finite number > 0", quantity, value));
+}
+
+// Uniform on the sphere: its projection on an axis is uniform (Archimedes).
+Vec3 sample_direction(RandomStream& random) {
+  const double z = 2.0 * random.uniform() - 1.0, azimuth = two_pi * random.uniform();
+  const double radius = std::sqrt(1.0 - z * z);
+  return {radius * std::cos(azimuth), radius * std::sin(azimuth), z};
+}
+
+std::size_t padded_count(const SampleLattice& lattice, int padding) {
+  std::size_t count = 1;
+  for (int points : lattice.points) count *= std::size_t(points + 2 * padding);
+  return count;
+}
+
+}  // namespace
+
+GaussianRandomField GaussianRandomField::sample(const GaussianRandomFieldSpec& spec, double shortest_side) {
+  if (spec.waves < 1)
+    throw InputError(fmt::format("Gaussian random field: waves = {}; expected >= 1", spec.waves));
+  require_positive("wavelengths_per_side", spec.wavelengths_per_side);
+  require_positive("heterogeneity", spec.heterogeneity);
+  require_positive("shortest side", shortest_side);
+
+  const double shape = spec.heterogeneity + 1.0;
+  const double scale = two_pi * spec.wavelengths_per_side / shortest_side / shape;
+  std::vector<PlaneWave> waves(spec.waves);
+  for (std::size_t n = 0; n < waves.size(); ++n) {
+    RandomStream random(spec.seed, n);
+    const Vec3 direction = sample_direction(random);
+    waves[n].phase = two_pi * random.uniform();
+    waves[n].eta = scale * random.gamma(shape) * direction;
+  }
+  return GaussianRandomField(std::move(waves));
+}
+
+GaussianRandomField::GaussianRandomField(std::vector<PlaneWave> waves) : waves_(std::move(waves)) {
+  if (waves_.empty()) throw InputError("Gaussian random field: no waves; expected at least one");
+}
+
+double GaussianRandomField::evaluate(const Vec3& r) const {
+  double sum = 0.0;
+  for (const PlaneWave& wave : waves_) sum += std::cos(wave.eta.dot(r) + wave.phase);
+  return sum / std::sqrt(double(waves_.size()));
+}
+
+std::vector<double> GaussianRandomField::evaluate_on_lattice(const SampleLattice& lattice,
+                                                             int padding) const {
+  std::vector<double> values(padded_count(lattice, padding));
+  const double scale = 1.0 / std::sqrt(double(waves_.size()));
+  sum_waves_on_lattice(waves_, lattice, padding, [&](std::size_t first, std::span<const double> sums) {
+    for (std::size_t i = 0; i < sums.size(); ++i) values[first + i] = scale * sums[i];
+  });
+  return values;
+}
+
+std::vector<float> GaussianRandomField::evaluate_excess_on_lattice(const SampleLattice& lattice, int padding,
+                                                                   double level) const {
+  std::vector<float> values(padded_count(lattice, padding));
+  const double scale = 1.0 / std::sqrt(double(waves_.size()));
+  sum_waves_on_lattice(waves_, lattice, padding, [&](std::size_t first, std::span<const double> sums) {
+    for (std::size_t i = 0; i < sums.size(); ++i) values[first + i] = float(scale * sums[i] - level);
+  });
+  return values;
+}
+
+}  // namespace anticrack
