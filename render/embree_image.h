@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "camera.h"
+#include "color_map.h"
+#include "image.h"
+#include "mesh.h"
+#include "solid_field.h"
+
+namespace anticrack {
+
+/// A picture and the numbers under it, one a pixel.
+struct RenderLayers {
+  Image color;
+  std::vector<float> depth;   ///< [m] behind the camera's near plane; infinite where nothing was hit
+  std::vector<float> scalar;  ///< the coloured quantity; NaN where nothing was hit
+};
+
+/// Ray-traced picture of a surface or of spheres (Embree). Building it makes the search tree; `bake_light`
+/// traces sky and key light once per vertex (or sphere); after that every camera and colour scale costs its
+/// primary rays only. All results are the same bits for any number of threads.
+class EmbreeScene {
+ public:
+  /// @param mesh, field  must outlive the scene; the field colours the cap where `cut` opens the solid
+  EmbreeScene(const Mesh& mesh, const SolidField& field, std::optional<CutPlane> cut = {});
+  /// Spheres whose centre lies beyond the cut are left out. @throws InputError  if none is left
+  explicit EmbreeScene(const SphereCloud& spheres, std::optional<CutPlane> cut = {});
+  ~EmbreeScene();
+  EmbreeScene(EmbreeScene&&) noexcept;
+
+  void bake_light();
+
+  /// @param samples  rays a pixel, > 0 (rounded up to a multiple of 8); 16 gives clean edges
+  /// @throws InputError  if the light is not baked
+  RenderLayers render(const Camera& camera, const ColorScale& scale, int samples = 16) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace anticrack
