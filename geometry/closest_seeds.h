@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "padded_field.h"
+
+namespace anticrack {
+
+/// For every point of a padded lattice near {field = 0}, roughly the closest point of that surface within the
+/// sample box: where Newton's method starts. Four bytes a lattice point.
+class ClosestSeeds {
+ public:
+  /// First order beside the surface, then handed on from neighbour to neighbour, one ring of lattice points
+  /// after the other, to a distance of three points and more. Same bits on any number of threads.
+  explicit ClosestSeeds(const PaddedField& field);
+
+  /// The nearest of the seeds of (i, j, k) and its 26 neighbours, index space; nothing if the surface is not
+  /// near.
+  std::optional<Vec3> at(int i, int j, int k) const;
+
+ private:
+  void start_ring(const PaddedField& field);
+  void grow_ring(int ring);
+  std::optional<Index3> nearest(int i, int j, int k, int last_ring) const;
+  std::uint32_t load(std::size_t offset) const;
+
+  Index3 points_;
+  PaddedField layout_;  // of `packed_`: a field without values
+  std::vector<std::uint32_t> packed_;
+};
+
+}  // namespace anticrack
