@@ -1,0 +1,306 @@
+// One pass over particles: grid to particle, material, and particle to grid of the next step. Per-target include guard.
+#if defined(ANTICRACK_ADVANCE_PARTICLES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef ANTICRACK_ADVANCE_PARTICLES_INL_H
+#undef ANTICRACK_ADVANCE_PARTICLES_INL_H
+#else
+#define ANTICRACK_ADVANCE_PARTICLES_INL_H
+#endif
+
+#include <cmath>
+#include <cstring>
+
+#include "kernels.h"
+#include "material/drucker_prager_softening-inl.h"
+#include "material/hencky-inl.h"
+#include "transfer/grid_to_particles-inl.h"
+#include "transfer/particles_to_grid-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace anticrack {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// ParticleSums with a vector for each number.
+template <class V>
+struct LaneSums {
+  V speed_squared, max_speed_squared, max_compression, plastic_dissipation, yielded;
+  V tau[6], q, tau_J[6], J, elastic_energy;
+};
+
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE LaneSums<V> zero_sums(D d) {
+  const V z = hn::Zero(d);
+  return {z, z, z, z, z, {z, z, z, z, z, z}, z, {z, z, z, z, z, z}, z, z};
+}
+
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE double sum_lanes(D d, V v) {
+  return hn::GetLane(hn::SumOfLanes(d, v));
+}
+
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void reduce(D d, const LaneSums<V>& lanes, bool observe, ParticleSums& out) {
+  ParticleSums sums;
+  sums.speed_squared = sum_lanes(d, lanes.speed_squared);
+  sums.max_speed_squared = hn::GetLane(hn::MaxOfLanes(d, lanes.max_speed_squared));
+  sums.max_compression = hn::GetLane(hn::MaxOfLanes(d, lanes.max_compression));
+  sums.plastic_dissipation = sum_lanes(d, lanes.plastic_dissipation);
+  sums.yielded = sum_lanes(d, lanes.yielded);
+  if (observe) {
+    for (int e = 0; e < 6; ++e) sums.tau[e] = sum_lanes(d, lanes.tau[e]);
+    for (int e = 0; e < 6; ++e) sums.tau_J[e] = sum_lanes(d, lanes.tau_J[e]);
+    sums.q = sum_lanes(d, lanes.q);
+    sums.J = sum_lanes(d, lanes.J);
+    sums.elastic_energy = sum_lanes(d, lanes.elastic_energy);
+  }
+  out.add(sums);
+}
+
+/// State of a batch in registers.
+template <class V>
+struct Batch {
+  V s[3], v[3];
+  Symmetric<V> h;
+  V kappa;
+};
+
+template <class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
+HWY_INLINE Batch<V> load_batch(D d, const ParticlePointers& p, std::size_t i, M active, bool has_kappa) {
+  Batch<V> b;
+  for (int a = 0; a < 3; ++a) b.s[a] = hn::MaskedLoad(active, d, p.s[a] + i);
+  for (int a = 0; a < 3; ++a) b.v[a] = hn::MaskedLoad(active, d, p.v[a] + i);
+  V* const h[6] = {&b.h.xx, &b.h.yy, &b.h.zz, &b.h.xy, &b.h.xz, &b.h.yz};
+  for (int e = 0; e < 6; ++e) *h[e] = hn::MaskedLoad(active, d, p.h[e] + i);
+  b.kappa = has_kappa ? hn::MaskedLoad(active, d, p.kappa + i) : hn::Zero(d);
+  return b;
+}
+
+template <class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
+HWY_INLINE void store_batch(D d, const ParticlePointers& p, std::size_t i, M active, bool has_kappa, const Batch<V>& b) {
+  for (int a = 0; a < 3; ++a) hn::BlendedStore(b.s[a], active, d, p.s[a] + i);
+  for (int a = 0; a < 3; ++a) hn::BlendedStore(b.v[a], active, d, p.v[a] + i);
+  const V* const h[6] = {&b.h.xx, &b.h.yy, &b.h.zz, &b.h.xy, &b.h.xz, &b.h.yz};
+  for (int e = 0; e < 6; ++e) hn::BlendedStore(*h[e], active, d, p.h[e] + i);
+  if (has_kappa) hn::BlendedStore(b.kappa, active, d, p.kappa + i);
+}
+
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE hn::Mask<D> inside_cell(D d, const V (&s)[3]) {
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
+  hn::Mask<D> inside = hn::And(s[0] >= zero, s[0] <= one);
+  for (int a = 1; a < 3; ++a) inside = hn::And(inside, hn::And(s[a] >= zero, s[a] <= one));
+  return inside;
+}
+
+/// psi = K/2 (tr eps)^2 + mu |dev eps|^2, Eq. 6.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V energy_density(D d, const MaterialConstants& m, V trace, V norm) {
+  return hn::MulAdd(hn::Set(d, 0.5 * m.bulk_modulus) * trace, trace, hn::Set(d, m.mu) * norm * norm);
+}
+
+/// Lines 7-13 of Algorithm 1: reads the grid at `place` (s relative to the cell of `grid`) and updates the batch in place.
+/// Returns the Hencky strain of the new state; `failed` gets the lanes whose I + dt grad v is inverted or whose strain is
+/// not a number.
+template <Model model, class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
+HWY_INLINE HenckyStrain<V> advance(D d, const StepConstants& c, const CellPolynomial& grid, const V (&place)[3], M active,
+                                   Batch<V>& b, LaneSums<V>& sums, M& failed) {
+  constexpr bool plastic = model != Model::hencky;
+  const V one = hn::Set(d, 1.0), dt_over_dx = hn::Set(d, c.dt / c.cell_size), flip = hn::Set(d, c.flip);
+  V L[3][3];  // dt grad v
+  for (int a = 0; a < 3; ++a) {
+    const Sampled<V> v = sample<true>(d, grid, a, place);
+    const Sampled<V> dv = sample<false>(d, grid, a + 4, place);
+    b.s[a] = hn::MulAdd(dt_over_dx, v.value, b.s[a]);                               // line 13
+    b.v[a] = hn::MulAdd(flip, b.v[a] + dv.value - v.value, v.value);                 // line 12
+    for (int e = 0; e < 3; ++e) L[a][e] = dt_over_dx * v.gradient[e];
+  }
+
+  // Line 7 in b: b_tr = (I + L) b (I + L)^T, and with M = L b: h_tr = h + M + M^T + M L^T.
+  const Symmetric<V>& h = b.h;
+  const V full[3][3] = {{h.xx, h.xy, h.xz}, {h.xy, h.yy, h.yz}, {h.xz, h.yz, h.zz}};
+  V m[3][3];
+  for (int a = 0; a < 3; ++a)
+    for (int e = 0; e < 3; ++e)
+      m[a][e] = hn::MulAdd(L[a][0], full[0][e], hn::MulAdd(L[a][1], full[1][e], hn::MulAdd(L[a][2], full[2][e], L[a][e])));
+  V trial[6];
+  constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+  for (int e = 0; e < 6; ++e) {
+    const int i = row[e], j = column[e];
+    const V second = hn::MulAdd(m[i][0], L[j][0], hn::MulAdd(m[i][1], L[j][1], m[i][2] * L[j][2]));
+    trial[e] = full[i][j] + (m[i][j] + m[j][i] + second);
+  }
+  const V det = (one + L[0][0]) * hn::MulSub(one + L[1][1], one + L[2][2], L[1][2] * L[2][1]) -
+                L[0][1] * hn::MulSub(L[1][0], one + L[2][2], L[1][2] * L[2][0]) +
+                L[0][2] * hn::MulSub(L[1][0], L[2][1], (one + L[1][1]) * L[2][0]);
+  failed = hn::AndNot(det > hn::Zero(d), active);
+  b.h = {hn::IfThenElseZero(active, trial[0]), hn::IfThenElseZero(active, trial[1]), hn::IfThenElseZero(active, trial[2]),
+         hn::IfThenElseZero(active, trial[3]), hn::IfThenElseZero(active, trial[4]), hn::IfThenElseZero(active, trial[5])};
+
+  HenckyStrain<V> strain = hencky_strain(d, b.h);  // lines 8, 9
+  if constexpr (plastic) {                          // lines 10, 11
+    const Returned<D> r = return_to_yield_surface<model>(d, c.material, strain.trace, strain.norm, b.kappa);
+    const M yielded = hn::And(active, r.yielded);
+    if (!hn::AllFalse(d, yielded)) {
+      b.kappa = hn::IfThenElse(yielded, r.kappa, b.kappa);
+      const V before = energy_density(d, c.material, strain.trace, strain.norm);
+      const V after = energy_density(d, c.material, r.trace, r.norm);
+      sums.plastic_dissipation = sums.plastic_dissipation + hn::IfThenElseZero(yielded, before - after);
+      sums.yielded = sums.yielded + hn::IfThenElseZero(yielded, one);
+      const V scale = hn::IfThenElseZero(strain.norm > hn::Zero(d), r.norm / strain.norm);
+      const Symmetric<V>& dev = strain.deviator;
+      const Symmetric<V> returned = left_cauchy_green_minus_identity(
+          d, r.trace, {scale * dev.xx, scale * dev.yy, scale * dev.zz, scale * dev.xy, scale * dev.xz, scale * dev.yz});
+      b.h = {hn::IfThenElse(yielded, returned.xx, b.h.xx), hn::IfThenElse(yielded, returned.yy, b.h.yy),
+             hn::IfThenElse(yielded, returned.zz, b.h.zz), hn::IfThenElse(yielded, returned.xy, b.h.xy),
+             hn::IfThenElse(yielded, returned.xz, b.h.xz), hn::IfThenElse(yielded, returned.yz, b.h.yz)};
+      // The stress is always that of the stored state, so that a resumed run has the same bits.
+      strain = hencky_strain(d, b.h);
+    }
+  }
+  failed = hn::Or(failed, hn::AndNot(strain.norm + hn::Abs(strain.trace) < hn::Set(d, 1e300), active));
+  return strain;
+}
+
+/// Lines 2-4 for the lanes `active`, at `place` in the cell whose lowest node is `nodes`; and what the observables need.
+template <class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
+HWY_INLINE void scatter(D d, const StepConstants& c, const V (&place)[3], M active, const Batch<V>& b, const HenckyStrain<V>& strain,
+                        Node* nodes, int stride_x, int stride_y, bool observe, LaneSums<V>& sums) {
+  const V zero = hn::Zero(d), two_mu = hn::Set(d, 2 * c.material.mu);
+  const V trace = hn::IfThenElseZero(active, strain.trace), norm = hn::IfThenElseZero(active, strain.norm);
+  const V minus_p = hn::Set(d, c.material.bulk_modulus) * trace;
+  const Symmetric<V>& dev = strain.deviator;
+  const Symmetric<V> tau{hn::IfThenElseZero(active, hn::MulAdd(two_mu, dev.xx, minus_p)),
+                         hn::IfThenElseZero(active, hn::MulAdd(two_mu, dev.yy, minus_p)),
+                         hn::IfThenElseZero(active, hn::MulAdd(two_mu, dev.zz, minus_p)),
+                         hn::IfThenElseZero(active, two_mu * dev.xy),
+                         hn::IfThenElseZero(active, two_mu * dev.xz),
+                         hn::IfThenElseZero(active, two_mu * dev.yz)};  // Eq. 7
+  const V f = hn::Set(d, -c.volume / c.cell_size);
+  const V mass = hn::IfThenElseZero(active, hn::Set(d, c.mass));
+  const V v[3] = {hn::IfThenElseZero(active, b.v[0]), hn::IfThenElseZero(active, b.v[1]), hn::IfThenElseZero(active, b.v[2])};
+  const V momentum[3] = {mass * v[0], mass * v[1], mass * v[2]};
+  const V s[3] = {hn::IfThenElseZero(active, place[0]), hn::IfThenElseZero(active, place[1]),
+                  hn::IfThenElseZero(active, place[2])};
+  add_to_cell(d, s, momentum, mass, {f * tau.xx, f * tau.yy, f * tau.zz, f * tau.xy, f * tau.xz, f * tau.yz}, nodes, stride_x,
+              stride_y);
+
+  const V speed_squared = hn::MulAdd(v[0], v[0], hn::MulAdd(v[1], v[1], v[2] * v[2]));
+  const V q = hn::Set(d, std::sqrt(6.0) * c.material.mu) * norm;  // sqrt(3/2) |dev tau|
+  sums.speed_squared = sums.speed_squared + speed_squared;
+  sums.max_speed_squared = hn::Max(sums.max_speed_squared, speed_squared);
+  sums.max_compression = hn::Max(sums.max_compression, hn::MulAdd(hn::Set(d, 2.0 / 3.0), q, hn::Neg(minus_p)));
+  if (HWY_UNLIKELY(observe)) {
+    const V J = hn::IfThenElseZero(active, hn::Exp(d, trace));
+    const V* const t[6] = {&tau.xx, &tau.yy, &tau.zz, &tau.xy, &tau.xz, &tau.yz};
+    for (int e = 0; e < 6; ++e) sums.tau[e] = sums.tau[e] + *t[e];
+    for (int e = 0; e < 6; ++e) sums.tau_J[e] = hn::MulAdd(*t[e], J, sums.tau_J[e]);
+    sums.q = sums.q + q;
+    sums.J = sums.J + J;
+    sums.elastic_energy = sums.elastic_energy + energy_density(d, c.material, trace, norm);
+  }
+  (void)zero;
+}
+
+template <class D, class M = hn::Mask<D>>
+HWY_INLINE void note_failure(D d, M failed, std::size_t first, BlockResult& result) {
+  if (HWY_UNLIKELY(!hn::AllFalse(d, failed)) && !result.failure)
+    result.failure = {std::uint32_t(first + hn::FindFirstTrue(d, failed)), "det(I + dt grad v), or its elastic strain,"};
+}
+
+/// The particles at home in a block; `advancing` false: particle to grid alone.
+template <Model model, bool advancing>
+void pass_over_block(const StepConstants& c, const ParticlePointers& p, const BlockView& block, bool observe, BlockResult& result) {
+  using D = hn::CappedTag<double, 8>;
+  using V = hn::Vec<D>;
+  const D d;
+  constexpr std::size_t lanes = hn::MaxLanes(d);
+  constexpr bool plastic = model != Model::hencky;
+  constexpr int stride_x = tile_edge * tile_edge, stride_y = tile_edge;
+
+  Tile nodes;  // the nodes the block reaches, side by side
+  if constexpr (advancing)
+    for (int x = 0; x < tile_edge; ++x)
+      for (int y = 0; y < tile_edge; ++y)
+        for (int oz = 0; oz < 2; ++oz) {
+          const Node* leaf = block.leaf[(x >> 2) * 4 + (y >> 2) * 2 + oz];
+          std::memcpy(static_cast<void*>(&nodes[x * stride_x + y * stride_y + 4 * oz]), leaf + leaf_index(x & 3, y & 3, 0),
+                      (oz ? tile_edge - 4 : 4) * sizeof(Node));
+        }
+  std::memset(static_cast<void*>(block.tile), 0, sizeof(Tile));
+
+  LaneSums<V> sums = zero_sums(d);
+  for (int cell = 0; cell < block_cells; ++cell) {
+    const std::size_t begin = block.cell_begin[cell], end = block.cell_begin[cell + 1];
+    if (begin == end) continue;
+    const int first_node = (cell >> 4) * stride_x + (cell >> 2 & 3) * stride_y + (cell & 3);
+    CellPolynomial grid;
+    if constexpr (advancing) make_polynomial(&nodes[first_node], stride_x, stride_y, grid);
+    for (std::size_t i = begin; i < end; i += lanes) {
+      const auto stored = hn::FirstN(d, end - i);
+      Batch<V> b = load_batch(d, p, i, stored, plastic);
+      const auto home = hn::And(stored, inside_cell(d, b.s));
+      HenckyStrain<V> strain;
+      hn::Mask<D> staying = home;
+      if constexpr (advancing) {
+        const V place[3] = {b.s[0], b.s[1], b.s[2]};
+        hn::Mask<D> failed;
+        strain = advance<model>(d, c, grid, place, home, b, sums, failed);
+        note_failure(d, failed, i, result);
+        store_batch(d, p, i, home, plastic, b);
+        staying = hn::And(home, inside_cell(d, b.s));
+      } else {
+        strain = hencky_strain(d, b.h);
+      }
+      scatter(d, c, b.s, staying, b, strain, &(*block.tile)[first_node], stride_x, stride_y, observe, sums);
+      if (HWY_UNLIKELY(!hn::AllTrue(d, hn::Or(staying, hn::Not(stored)))))
+        for (std::size_t l = i; l < std::min(i + lanes, end); ++l)
+          if (!(p.s[0][l] >= 0 && p.s[0][l] <= 1 && p.s[1][l] >= 0 && p.s[1][l] <= 1 && p.s[2][l] >= 0 && p.s[2][l] <= 1))
+            result.strays.push_back(std::uint32_t(l));
+    }
+  }
+  reduce(d, sums, observe, result.sums);
+}
+
+using OneLane = hn::CappedTag<double, 1>;
+
+HWY_INLINE void shifted(const Batch<hn::Vec<OneLane>>& b, const Index3& shift, hn::Vec<OneLane> (&place)[3]) {
+  const OneLane d;
+  for (int a = 0; a < 3; ++a) place[a] = b.s[a] - hn::Set(d, double(shift[a]));
+}
+
+template <Model model>
+void advance_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle, const Node nodes[27], const Index3& shift,
+                 BlockResult& result) {
+  const OneLane d;
+  constexpr bool plastic = model != Model::hencky;
+  const auto all = hn::FirstN(d, 1);
+  CellPolynomial grid;
+  make_polynomial(nodes, 9, 3, grid);
+  Batch<hn::Vec<OneLane>> b = load_batch(d, p, particle, all, plastic);
+  hn::Vec<OneLane> place[3];
+  shifted(b, shift, place);
+  LaneSums<hn::Vec<OneLane>> sums = zero_sums(d);
+  hn::Mask<OneLane> failed;
+  advance<model>(d, c, grid, place, all, b, sums, failed);
+  note_failure(d, failed, particle, result);
+  store_batch(d, p, particle, all, plastic, b);
+  reduce(d, sums, false, result.sums);
+}
+
+template <Model model>
+void scatter_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle, const Index3& shift, Node* first,
+                 bool observe, ParticleSums& out) {
+  const OneLane d;
+  const auto all = hn::FirstN(d, 1);
+  const Batch<hn::Vec<OneLane>> b = load_batch(d, p, particle, all, model != Model::hencky);
+  hn::Vec<OneLane> place[3];
+  shifted(b, shift, place);
+  LaneSums<hn::Vec<OneLane>> sums = zero_sums(d);
+  scatter(d, c, place, all, b, hencky_strain(d, b.h), first, tile_edge * tile_edge, tile_edge, observe, sums);
+  reduce(d, sums, observe, out);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace anticrack
+HWY_AFTER_NAMESPACE();
+#endif

@@ -1,0 +1,156 @@
+#include "kernels.h"
+
+#include <algorithm>
+#include <cmath>
+
+// AVX-512, AVX2, and a plain path for any other CPU; what lies between would only lengthen the build.
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels.cpp"
+#include <hwy/foreach_target.h>
+// Highway asks for this order.
+#include <hwy/highway.h>
+
+#include "advance_particles-inl.h"
+#include "update_leaf-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace anticrack {
+namespace HWY_NAMESPACE {
+
+/// The compiled combinations of per-particle code.
+#define ANTICRACK_MODELS(use) use(hencky) use(drucker_prager_implicit) use(drucker_prager_paper)
+
+void advance_block(Model model, const StepConstants& c, const ParticlePointers& p, const BlockView& block, bool observe,
+                   BlockResult& result) {
+  switch (model) {
+#define USE(name) \
+  case Model::name: return pass_over_block<Model::name, true>(c, p, block, observe, result);
+    ANTICRACK_MODELS(USE)
+#undef USE
+  }
+}
+
+void scatter_block(Model model, const StepConstants& c, const ParticlePointers& p, const BlockView& block, bool observe,
+                   BlockResult& result) {
+  switch (model) {
+#define USE(name) \
+  case Model::name: return pass_over_block<Model::name, false>(c, p, block, observe, result);
+    ANTICRACK_MODELS(USE)
+#undef USE
+  }
+}
+
+void advance_stray(Model model, const StepConstants& c, const ParticlePointers& p, std::uint32_t particle, const Node nodes[27],
+                   const Index3& shift, BlockResult& result) {
+  switch (model) {
+#define USE(name) \
+  case Model::name: return advance_one<Model::name>(c, p, particle, nodes, shift, result);
+    ANTICRACK_MODELS(USE)
+#undef USE
+  }
+}
+
+void scatter_stray(Model model, const StepConstants& c, const ParticlePointers& p, std::uint32_t particle, const Index3& shift,
+                   Node* first, bool observe, ParticleSums& sums) {
+  switch (model) {
+#define USE(name) \
+  case Model::name: return scatter_one<Model::name>(c, p, particle, shift, first, observe, sums);
+    ANTICRACK_MODELS(USE)
+#undef USE
+  }
+}
+
+void hencky(std::span<const std::array<double, 6>> h, std::span<std::array<double, 6>> strain) {
+  const OneLane d;
+  for (std::size_t i = 0; i < h.size(); ++i) {
+    const auto at = [&](int e) HWY_ATTR { return hn::Set(d, h[i][e]); };
+    const auto eps = hencky_strain(d, {at(0), at(1), at(2), at(3), at(4), at(5)});
+    const double mean = hn::GetLane(eps.trace) / 3;
+    const auto& dev = eps.deviator;
+    strain[i] = {mean + hn::GetLane(dev.xx), mean + hn::GetLane(dev.yy), mean + hn::GetLane(dev.zz),
+                 hn::GetLane(dev.xy),        hn::GetLane(dev.xz),        hn::GetLane(dev.yz)};
+  }
+}
+
+void inverse_hencky(std::span<const std::array<double, 6>> strain, std::span<std::array<double, 6>> h) {
+  const OneLane d;
+  for (std::size_t i = 0; i < h.size(); ++i) {
+    const auto& e = strain[i];
+    const double trace = e[0] + e[1] + e[2];
+    const auto at = [&](double x) HWY_ATTR { return hn::Set(d, x); };
+    const auto out = left_cauchy_green_minus_identity(
+        d, at(trace), {at(e[0] - trace / 3), at(e[1] - trace / 3), at(e[2] - trace / 3), at(e[3]), at(e[4]), at(e[5])});
+    h[i] = {hn::GetLane(out.xx), hn::GetLane(out.yy), hn::GetLane(out.zz),
+            hn::GetLane(out.xy), hn::GetLane(out.xz), hn::GetLane(out.yz)};
+  }
+}
+
+void return_mapping(Model model, const MaterialConstants& m, std::span<std::array<double, 3>> state, std::span<bool> yielded) {
+  const OneLane d;
+  for (std::size_t i = 0; i < state.size(); ++i) {
+    auto& [trace, norm, kappa] = state[i];
+    const auto e = hn::Set(d, trace), S = hn::Set(d, norm), k = hn::Set(d, kappa);
+    if (model == Model::hencky) continue;
+    const auto r = model == Model::drucker_prager_paper ? return_paper(d, m, e, S, k) : return_implicit(d, m, e, S, k);
+    trace = hn::GetLane(r.trace);
+    norm = hn::GetLane(r.norm);
+    kappa = hn::GetLane(r.kappa);
+    if (!yielded.empty()) yielded[i] = !hn::AllFalse(d, r.yielded);
+  }
+}
+
+Kernels make_kernels() {
+  return {hwy::TargetName(HWY_TARGET), advance_block, scatter_block, advance_stray, scatter_stray, update_leaf,
+          hencky, inverse_hencky, return_mapping};
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace anticrack
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace anticrack {
+
+HWY_EXPORT(make_kernels);
+
+const Kernels& kernels() {
+  static const Kernels best = HWY_DYNAMIC_DISPATCH(make_kernels)();
+  return best;
+}
+
+Model model_of(const Material& material, ReturnMapping mapping) {
+  if (!material.plasticity) return Model::hencky;
+  return mapping == ReturnMapping::paper ? Model::drucker_prager_paper : Model::drucker_prager_implicit;
+}
+
+MaterialConstants::MaterialConstants(const Material& material)
+    : bulk_modulus(material.elasticity.bulk_modulus()), mu(material.elasticity.mu()), friction_factor(0), cohesion(0), softening(0) {
+  if (const auto& plasticity = material.plasticity) {
+    friction_factor = plasticity->friction / (std::sqrt(6.0) * mu);
+    cohesion = plasticity->cohesion;
+    softening = plasticity->softening;
+  }
+}
+
+void ParticleSums::add(const ParticleSums& other) {
+  speed_squared += other.speed_squared;
+  max_speed_squared = std::max(max_speed_squared, other.max_speed_squared);
+  max_compression = std::max(max_compression, other.max_compression);
+  plastic_dissipation += other.plastic_dissipation;
+  yielded += other.yielded;
+  for (int e = 0; e < 6; ++e) tau[e] += other.tau[e];
+  q += other.q;
+  for (int e = 0; e < 6; ++e) tau_J[e] += other.tau_J[e];
+  J += other.J;
+  elastic_energy += other.elastic_energy;
+}
+
+ParticlePointers::ParticlePointers(Particles& particles) : kappa(particles.kappa.size() ? particles.kappa.data() : nullptr) {
+  for (int a = 0; a < 3; ++a) s[a] = particles.s[a].data();
+  for (int a = 0; a < 3; ++a) v[a] = particles.v[a].data();
+  for (int e = 0; e < 6; ++e) h[e] = particles.h[e].data();
+}
+
+}  // namespace anticrack
+#endif

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace anticrack {
+
+/// Fixed-size array of doubles on a 64-byte boundary, with a tail that full vector loads may read.
+class AlignedArray {
+ public:
+  AlignedArray() = default;
+  explicit AlignedArray(std::size_t size) : size_(size), data_(allocate(size)) {}
+  double* data() { return data_.get(); }
+  const double* data() const { return data_.get(); }
+  std::size_t size() const { return size_; }
+  double& operator[](std::size_t i) { return data_[i]; }
+  double operator[](std::size_t i) const { return data_[i]; }
+
+ private:
+  static constexpr std::size_t tail = 8;
+  struct Free {
+    void operator()(double* p) const { std::free(p); }
+  };
+  static double* allocate(std::size_t size) {
+    const std::size_t bytes = (size + tail) * sizeof(double);
+    auto* p = static_cast<double*>(std::aligned_alloc(64, (bytes + 63) / 64 * 64));
+    if (!p) throw std::bad_alloc();
+    std::fill_n(p, size + tail, 0.0);
+    return p;
+  }
+  std::size_t size_ = 0;
+  std::unique_ptr<double[], Free> data_;
+};
+
+/// State of the particles: one array a component, 13 doubles a particle (12 without plasticity).
+///
+/// The particles of a block (4 x 4 x 4 dual cells) lie together, sorted by cell. Positions are relative to the cell
+/// under which a particle is stored, so they keep their digits anywhere in space. A particle with a component of s outside
+/// [0, 1] has left that cell since the last sort: it is a *stray* until the next one.
+struct Particles {
+  static constexpr int components = 12;  ///< s (3), v (3), h (6)
+
+  std::size_t count = 0;
+  AlignedArray s[3];                ///< place in the dual cell [cells]
+  AlignedArray v[3];                ///< velocity [m/s]
+  AlignedArray h[6];                ///< b^E - I [-], order xx yy zz xy xz yz
+  AlignedArray kappa;               ///< accumulated |dev eps^p| [-]; empty without plasticity
+  std::vector<std::uint32_t> id;    ///< seeding order
+
+  std::size_t bytes_per_particle() const {
+    return (components + (kappa.size() ? 1 : 0)) * sizeof(double) + sizeof(std::uint32_t);
+  }
+  /// Every array of doubles that travels with a particle.
+  std::vector<AlignedArray*> arrays() {
+    std::vector<AlignedArray*> all;
+    for (auto& a : s) all.push_back(&a);
+    for (auto& a : v) all.push_back(&a);
+    for (auto& a : h) all.push_back(&a);
+    if (kappa.size()) all.push_back(&kappa);
+    return all;
+  }
+};
+
+}  // namespace anticrack
