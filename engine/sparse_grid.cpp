@@ -62,25 +62,31 @@ void SparseGrid::set_blocks(const std::vector<Index3>& origins) {
   leaves_.clear();
   block_at_.clear();
   leaf_at_.clear();
-  for (const Index3& origin : origins) find_or_add_block(origin);
+  for (const Index3& origin : origins) add_block(origin);  // their tiles are cleared by the next pass over particles
   tiles_.resize(blocks_.size());
   for (const Leaf& leaf : old_leaves)
     if (find_leaf(leaf.origin) == none)
       delete tree_->tree.stealNode<NodeLeaf>(first_node(leaf.origin), Node{}, false);
 }
 
-std::uint32_t SparseGrid::find_or_add_block(const Index3& origin) {
-  const auto [entry, is_new] = block_at_.try_emplace(origin, std::uint32_t(blocks_.size()));
-  const std::uint32_t block = entry->second;
-  if (!is_new) return block;
+std::uint32_t SparseGrid::add_block(const Index3& origin) {
+  const auto block = std::uint32_t(blocks_.size());
+  block_at_.emplace(origin, block);
   blocks_.push_back({origin, {}});
   if (tiles_.size() < blocks_.size()) tiles_.push_back(std::make_unique<Tile>());
-  std::memset(static_cast<void*>(tiles_[block].get()), 0, sizeof(Tile));
   for (int o = 0; o < 8; ++o) {
     const std::uint32_t leaf = find_or_add_leaf({origin[0] + (o >> 2), origin[1] + (o >> 1 & 1), origin[2] + (o & 1)});
     blocks_[block].leaf[o] = leaf;
     leaves_[leaf].block[o] = block;
   }
+  return block;
+}
+
+std::uint32_t SparseGrid::find_or_add_block(const Index3& origin) {
+  const std::uint32_t found = find_block(origin);
+  if (found != none) return found;
+  const std::uint32_t block = add_block(origin);
+  std::memset(static_cast<void*>(tiles_[block].get()), 0, sizeof(Tile));
   return block;
 }
 

@@ -84,6 +84,7 @@ class SparseGrid {
       return x ^ (x >> 31);
     }
   };
+  std::uint32_t add_block(const Index3& origin);
   std::uint32_t find_or_add_leaf(const Index3& origin);
 
   struct Tree;  // hides OpenVDB

@@ -1,0 +1,243 @@
+#include "activation.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+#include "errors.h"
+
+namespace anticrack {
+
+namespace {
+
+/// Interleaves 19 bits of each coordinate: blocks near in space lie near in memory.
+std::uint64_t morton(const Index3& c) {
+  std::uint64_t key = 0;
+  for (int a = 0; a < 3; ++a) {
+    std::uint64_t x = std::uint64_t(c[a]) & 0x7FFFF;
+    x = (x | x << 32) & 0x001F00000000FFFFull;
+    x = (x | x << 16) & 0x001F0000FF0000FFull;
+    x = (x | x << 8) & 0x100F00F00F00F00Full;
+    x = (x | x << 4) & 0x10C30C30C30C30C3ull;
+    x = (x | x << 2) & 0x1249249249249249ull;
+    key |= x << (2 - a);
+  }
+  return key;
+}
+
+/// Order of blocks in space; wraps around at 2^19 blocks, far beyond any sample.
+std::uint64_t block_key(const Index3& block) {
+  constexpr int bias = 1 << 18;
+  return morton({block[0] + bias, block[1] + bias, block[2] + bias});
+}
+
+struct DualCell {
+  Index3 base;
+  double s[3];
+};
+
+DualCell dual_cell(const Vec3& position, double cell_size, const Vec3& grid_offset) {
+  DualCell c;
+  for (int a = 0; a < 3; ++a) {
+    const double X = position[a] / cell_size - grid_offset[a] - 0.5;
+    if (!(std::abs(X) < 2e9)) throw InputError("particle position is not finite or too far from the origin: " + std::to_string(position[a]) + " m");
+    const double base = std::floor(X);
+    c.base[a] = int(base);
+    c.s[a] = X - base;
+  }
+  return c;
+}
+
+Index3 block_of(const Index3& cell) { return {cell[0] >> 2, cell[1] >> 2, cell[2] >> 2}; }
+int cell_in_block(const Index3& cell) { return leaf_index(cell[0] & 3, cell[1] & 3, cell[2] & 3); }
+
+/// Brings `array` into the order new -> old with a buffer of the same size, which takes its place.
+void permute(AlignedArray& array, AlignedArray& buffer, const std::vector<std::uint32_t>& order) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, order.size(), 1 << 14), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) buffer[i] = array[order[i]];
+  });
+  std::swap(array, buffer);
+}
+
+void permute_all(Particles& particles, const std::vector<std::uint32_t>& order) {
+  AlignedArray buffer(particles.count);
+  for (AlignedArray* array : particles.arrays()) permute(*array, buffer, order);
+  std::vector<std::uint32_t> id(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) id[i] = particles.id[order[i]];
+  particles.id = std::move(id);
+}
+
+bool inside_cell(double s) { return s >= 0 && s <= 1; }
+
+}  // namespace
+
+void place_particles(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset, bool with_kappa,
+                     Particles& particles, SparseGrid& grid, std::vector<CellRanges>& cells) {
+  const std::size_t count = positions.size();
+  if (count == 0) throw InputError("no particles");
+  if (count >= SparseGrid::none) throw InputError("more than 4294967294 particles");
+  struct Placed {
+    std::uint64_t block, cell_and_id;
+    bool operator<(const Placed& o) const { return block != o.block ? block < o.block : cell_and_id < o.cell_and_id; }
+  };
+  std::vector<Placed> order(count);
+  tbb::parallel_for(std::size_t(0), count, [&](std::size_t i) {
+    const Index3 base = dual_cell(positions[i], cell_size, grid_offset).base;
+    order[i] = {block_key(block_of(base)), std::uint64_t(cell_in_block(base)) << 32 | i};
+  });
+  tbb::parallel_sort(order.begin(), order.end());
+
+  particles = {};
+  particles.count = count;
+  for (auto& a : particles.s) a = AlignedArray(count);
+  for (auto& a : particles.v) a = AlignedArray(count);
+  for (auto& a : particles.h) a = AlignedArray(count);
+  if (with_kappa) particles.kappa = AlignedArray(count);
+  particles.id.resize(count);
+  std::vector<Index3> origins;
+  cells.clear();
+  for (std::size_t n = 0; n < count; ++n) {
+    const std::uint32_t i = std::uint32_t(order[n].cell_and_id);
+    const DualCell c = dual_cell(positions[i], cell_size, grid_offset);
+    for (int a = 0; a < 3; ++a) particles.s[a][n] = c.s[a];
+    particles.id[n] = i;
+    if (n == 0 || order[n].block != order[n - 1].block) {
+      origins.push_back(block_of(c.base));
+      cells.emplace_back();
+      cells.back().fill(std::uint32_t(n));
+    }
+    for (int cell = int(order[n].cell_and_id >> 32) + 1; cell <= block_cells; ++cell) cells.back()[cell] = std::uint32_t(n + 1);
+  }
+  grid.set_blocks(origins);
+}
+
+void locate_strays(std::span<const std::uint32_t> listed, std::uint32_t block, const Particles& particles, SparseGrid& grid,
+                   std::vector<CellRanges>& cells, std::vector<Stray>& strays, std::vector<std::uint32_t>& bad) {
+  for (const std::uint32_t particle : listed) {
+    const CellRanges& ranges = cells[block];
+    const int home = int(std::upper_bound(ranges.begin(), ranges.end(), particle) - ranges.begin()) - 1;
+    Stray stray{particle, 0, 0, {}};
+    Index3 cell = grid.blocks()[block].origin;
+    bool finite = true;
+    for (int a = 0; a < 3; ++a) {
+      const double s = particles.s[a][particle];
+      finite = finite && std::abs(s) < 1e6;
+      if (!finite) break;
+      stray.shift[a] = inside_cell(s) ? 0 : int(std::floor(s));
+      cell[a] = cell[a] * block_edge + (home >> (4 - 2 * a) & 3) + stray.shift[a];
+    }
+    if (!finite) {
+      bad.push_back(particle);
+      continue;
+    }
+    stray.block = grid.find_or_add_block(block_of(cell));
+    stray.cell = cell_in_block(cell);
+    if (stray.block == cells.size()) {
+      cells.emplace_back();
+      cells.back().fill(std::uint32_t(particles.count));
+    }
+    strays.push_back(stray);
+  }
+}
+
+void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid, std::vector<CellRanges>& cells) {
+  std::sort(strays.begin(), strays.end(), [](const Stray& a, const Stray& b) {
+    return std::tie(a.block, a.cell, a.particle) < std::tie(b.block, b.cell, b.particle);
+  });
+  std::vector<char> leaves_cell(particles.count, 0);
+  for (const Stray& stray : strays) leaves_cell[stray.particle] = 1;
+
+  const std::size_t old_blocks = grid.blocks().size();
+  std::vector<std::uint32_t> first_arrival(old_blocks + 1, 0);
+  for (const Stray& stray : strays) ++first_arrival[stray.block + 1];
+  for (std::size_t b = 0; b < old_blocks; ++b) first_arrival[b + 1] += first_arrival[b];
+
+  std::vector<std::uint32_t> count(old_blocks, 0);
+  tbb::parallel_for(std::size_t(0), old_blocks, [&](std::size_t b) {
+    for (std::uint32_t i = cells[b][0]; i < cells[b][block_cells]; ++i) count[b] += !leaves_cell[i];
+    count[b] += first_arrival[b + 1] - first_arrival[b];
+  });
+
+  struct Kept {
+    std::uint64_t key;
+    std::uint32_t block, begin;
+  };
+  std::vector<Kept> kept;
+  for (std::uint32_t b = 0; b < old_blocks; ++b)
+    if (count[b] > 0) kept.push_back({block_key(grid.blocks()[b].origin), b, 0});
+  std::sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) { return a.key < b.key; });
+  std::uint32_t begin = 0;
+  for (Kept& k : kept) {
+    k.begin = begin;
+    begin += count[k.block];
+  }
+
+  std::vector<std::uint32_t> order(particles.count);  // new -> old
+  std::vector<CellRanges> new_cells(kept.size());
+  tbb::parallel_for(std::size_t(0), kept.size(), [&](std::size_t n) {
+    const std::uint32_t b = kept[n].block;
+    std::uint32_t to = kept[n].begin, arrival = first_arrival[b];
+    for (int cell = 0; cell < block_cells; ++cell) {
+      new_cells[n][cell] = to;
+      for (std::uint32_t i = cells[b][cell]; i < cells[b][cell + 1]; ++i)
+        if (!leaves_cell[i]) order[to++] = i;
+      for (; arrival < first_arrival[b + 1] && strays[arrival].cell == cell; ++arrival) order[to++] = strays[arrival].particle;
+    }
+    new_cells[n][block_cells] = to;
+  });
+  for (const Stray& stray : strays)
+    for (int a = 0; a < 3; ++a) particles.s[a][stray.particle] -= stray.shift[a];
+
+  permute_all(particles, order);
+  std::vector<Index3> origins;
+  for (const Kept& k : kept) origins.push_back(grid.blocks()[k.block].origin);
+  grid.set_blocks(origins);
+  cells = std::move(new_cells);
+  strays.clear();
+}
+
+std::vector<Vec3> world_positions(const Particles& particles, const SparseGrid& grid, const std::vector<CellRanges>& cells,
+                                  double cell_size, const Vec3& grid_offset) {
+  std::vector<Vec3> x(particles.count);
+  tbb::parallel_for(std::size_t(0), cells.size(), [&](std::size_t b) {
+    for (int cell = 0; cell < block_cells; ++cell)
+      for (std::uint32_t i = cells[b][cell]; i < cells[b][cell + 1]; ++i)
+        for (int a = 0; a < 3; ++a) {
+          const int base = grid.blocks()[b].origin[a] * block_edge + (cell >> (4 - 2 * a) & 3);
+          x[i][a] = (base + (particles.s[a][i] + 0.5) + grid_offset[a]) * cell_size;
+        }
+  });
+  return x;
+}
+
+MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset, bool with_kappa) {
+  std::vector<std::uint64_t> keys(positions.size());
+  tbb::parallel_for(std::size_t(0), positions.size(), [&](std::size_t i) {
+    keys[i] = block_key(block_of(dual_cell(positions[i], cell_size, grid_offset).base));
+  });
+  tbb::parallel_sort(keys.begin(), keys.end());
+  std::unordered_set<std::uint64_t> leaves;
+  std::size_t blocks = 0;
+  constexpr auto undo = [](std::uint64_t key, int shift) {
+    int c = 0;
+    for (int bit = 0; bit < 19; ++bit) c |= int(key >> (3 * bit + shift) & 1) << bit;
+    return c;
+  };
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (i > 0 && keys[i] == keys[i - 1]) continue;
+    ++blocks;
+    for (int o = 0; o < 8; ++o)
+      leaves.insert(morton({undo(keys[i], 2) + (o >> 2), undo(keys[i], 1) + (o >> 1 & 1), undo(keys[i], 0) + (o & 1)}));
+  }
+  constexpr std::size_t table_entry = 64;
+  const std::size_t per_particle = (Particles::components + (with_kappa ? 1 : 0)) * sizeof(double) + sizeof(std::uint32_t) +
+                                   sizeof(double) + 2 * sizeof(std::uint32_t) + 1;  // state, then the buffers of a sort
+  return {positions.size(), blocks, leaves.size(),
+          positions.size() * per_particle + blocks * (sizeof(Tile) + sizeof(CellRanges) + table_entry) +
+              leaves.size() * (block_cells * sizeof(Node) + sizeof(SparseGrid::Leaf) + table_entry)};
+}
+
+}  // namespace anticrack

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "particles.h"
+#include "sparse_grid.h"
+#include "vec3.h"
+
+namespace anticrack {
+
+/// Where the particles of each block lie: those of cell c are [begin[c], begin[c + 1]).
+using CellRanges = std::array<std::uint32_t, block_cells + 1>;
+
+/// A particle outside the cell under which it is stored.
+struct Stray {
+  std::uint32_t particle;
+  std::uint32_t block;  ///< block of its true cell
+  int cell;             ///< its true cell in that block
+  Index3 shift;         ///< true cell - storage cell
+};
+
+/// Creates the particles at `positions` [m], at rest and unstrained, sorted by block and cell, and activates the grid.
+/// @throws InputError  if a coordinate is not finite or the sample spans more than 2^19 blocks along an axis
+void place_particles(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset, bool with_kappa,
+                     Particles& particles, SparseGrid& grid, std::vector<CellRanges>& cells);
+
+/// True cells of the listed particles of one block; activates what they reach. Call in a fixed order, not in parallel.
+/// A position that is not finite goes to `bad` instead.
+void locate_strays(std::span<const std::uint32_t> listed, std::uint32_t block, const Particles& particles, SparseGrid& grid,
+                   std::vector<CellRanges>& cells, std::vector<Stray>& strays, std::vector<std::uint32_t>& bad);
+
+/// Moves every stray to its true cell, keeps the order of all others, and releases what is no longer reached.
+void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid, std::vector<CellRanges>& cells);
+
+/// World position [m] of every particle, in storage order.
+std::vector<Vec3> world_positions(const Particles& particles, const SparseGrid& grid, const std::vector<CellRanges>& cells,
+                                  double cell_size, const Vec3& grid_offset);
+
+/// Bytes that a run of these particles will take: state, sort buffers, leaves, tiles.
+struct MemoryEstimate {
+  std::size_t particles, blocks, leaves, bytes;
+};
+MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset, bool with_kappa);
+
+}  // namespace anticrack

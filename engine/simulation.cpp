@@ -1,0 +1,191 @@
+#include "simulation.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "errors.h"
+#include "time_step.h"
+
+namespace anticrack {
+
+Simulation::Simulation(const SimulationSetup& setup, std::span<const Vec3> positions)
+    : setup_(setup),
+      model_(model_of(setup.material, setup.numerics.return_mapping)),
+      mass_(setup.material.density * setup.particle_volume),
+      walls_(setup.loading, setup.numerics.wall_rule, setup.box_size, setup.cell_size, Vec3(setup.numerics.grid_offset.data()),
+             elastic_wave_speed(setup.material)) {
+  for (int a = 0; a < 3; ++a)
+    if (setup.box_size[a] < 4 * setup.cell_size)
+      throw InputError("sample box of " + std::to_string(setup.box_size[a] / setup.cell_size) +
+                       " cells along an axis; expected at least 4, so that opposite walls do not act on the same nodes");
+  place_particles(positions, setup.cell_size, Vec3(setup.numerics.grid_offset.data()), setup.material.plasticity.has_value(),
+                  particles_, grid_, cells_);
+  scatter_particles();
+}
+
+void Simulation::step(bool observe) {
+  const double dt = next_time_step();                          // line 1
+  const double kinetic_before = kinetic_energy();
+  const auto [grid_before, grid_after] = update_grid_velocity(dt);  // lines 2, 3, 5
+  const WallAction action = walls_.apply(grid_, time_);        // line 6
+  sort_if_due();
+  advance_particles(dt, observe);                              // lines 7-13, and 2-4 of the next step
+  walls_.move(time_, dt);
+
+  // Energy lost by particle -> grid and by grid -> particle, each measured where it happens.
+  ledger_.numerical_dissipation += (kinetic_before - grid_before) + (grid_after + action.work - kinetic_energy());
+  ledger_.plastic_dissipation += setup_.particle_volume * sums_.plastic_dissipation;
+  ledger_.wall_work += action.work;
+  ledger_.generalized_impulse += action.generalized_impulse;
+  for (int w = 0; w < 6; ++w) ledger_.wall_impulse[w] += action.normal_impulse[w];
+  dt_ = dt;
+  time_ += dt;
+  ++step_;
+}
+
+double Simulation::next_time_step() const {
+  const double max_speed = std::max(std::sqrt(sums_.max_speed_squared), walls_.ramp(time_) * walls_.max_speed());
+  return adaptive_time_step(setup_.numerics, setup_.cell_size, setup_.material, sums_.max_compression, max_speed);
+}
+
+double Simulation::flip_of_step(double dt) const {
+  return setup_.numerics.flip_time ? std::exp(-dt / *setup_.numerics.flip_time) : setup_.numerics.flip;
+}
+
+StepConstants Simulation::constants(double dt) const {
+  return {dt, setup_.cell_size, flip_of_step(dt), mass_, setup_.particle_volume, MaterialConstants(setup_.material)};
+}
+
+std::array<double, 2> Simulation::update_grid_velocity(double dt) {
+  std::vector<std::array<double, 2>> kinetic(grid_.leaves().size());
+  tbb::parallel_for(std::size_t(0), kinetic.size(), [&](std::size_t l) {
+    const SparseGrid::Leaf& leaf = grid_.leaves()[l];
+    std::array<const Tile*, 8> tiles;
+    for (int o = 0; o < 8; ++o) tiles[o] = leaf.block[o] == SparseGrid::none ? nullptr : &grid_.tile(leaf.block[o]);
+    kinetic[l] = kernels().update_leaf(dt, tiles, leaf.nodes);
+  });
+  std::array<double, 2> sum{};
+  for (const auto& k : kinetic) sum = {sum[0] + k[0], sum[1] + k[1]};
+  return sum;
+}
+
+static BlockView view_of(SparseGrid& grid, const std::vector<CellRanges>& cells, std::size_t block) {
+  BlockView view{{}, &grid.tile(std::uint32_t(block)), cells[block].data()};
+  for (int o = 0; o < 8; ++o) view.leaf[o] = grid.leaves()[grid.blocks()[block].leaf[o]].nodes;
+  return view;
+}
+
+void Simulation::advance_particles(double dt, bool observe) {
+  const StepConstants c = constants(dt);
+  const ParticlePointers pointers(particles_);
+  results_.assign(cells_.size(), {});
+  tbb::parallel_for(std::size_t(0), cells_.size(), [&](std::size_t b) {
+    kernels().advance_block(model_, c, pointers, view_of(grid_, cells_, b), observe, results_[b]);
+  });
+  for (const BlockResult& result : results_)
+    if (result.failure) fail(result.failure->particle, result.failure->quantity);
+  sums_ = advance_strays(c);
+  for (const BlockResult& result : results_) sums_.add(result.sums);
+  collect_strays(results_);
+  scatter_strays(c, observe);
+}
+
+void Simulation::scatter_particles() {
+  const StepConstants c = constants(0);
+  const ParticlePointers pointers(particles_);
+  results_.assign(cells_.size(), {});
+  tbb::parallel_for(std::size_t(0), cells_.size(), [&](std::size_t b) {
+    kernels().scatter_block(model_, c, pointers, view_of(grid_, cells_, b), true, results_[b]);
+  });
+  sums_ = {};
+  for (const BlockResult& result : results_) sums_.add(result.sums);
+  collect_strays(results_);
+  scatter_strays(c, true);
+}
+
+void Simulation::collect_strays(std::span<BlockResult> results) {
+  strays_.clear();
+  std::vector<std::uint32_t> bad;
+  for (std::uint32_t b = 0; b < results.size(); ++b)
+    locate_strays(results[b].strays, b, particles_, grid_, cells_, strays_, bad);
+  if (!bad.empty()) fail(bad.front(), "position");
+  sort_debt_ += double(strays_.size());
+}
+
+ParticleSums Simulation::advance_strays(const StepConstants& c) {
+  constexpr std::size_t chunk = 64;
+  const ParticlePointers pointers(particles_);
+  std::vector<BlockResult> results((strays_.size() + chunk - 1) / chunk);
+  tbb::parallel_for(std::size_t(0), results.size(), [&](std::size_t n) {
+    for (std::size_t i = n * chunk; i < std::min(strays_.size(), (n + 1) * chunk); ++i) {
+      const Stray& stray = strays_[i];
+      const SparseGrid::Block& block = grid_.blocks()[stray.block];
+      Node nodes[27];
+      for (int k = 0; k < 27; ++k) {
+        const int x = (stray.cell >> 4) + k / 9, y = (stray.cell >> 2 & 3) + k / 3 % 3, z = (stray.cell & 3) + k % 3;
+        const std::uint32_t leaf = block.leaf[(x >> 2) * 4 + (y >> 2) * 2 + (z >> 2)];
+        nodes[k] = grid_.leaves()[leaf].nodes[leaf_index(x & 3, y & 3, z & 3)];
+      }
+      kernels().advance_stray(model_, c, pointers, stray.particle, nodes, stray.shift, results[n]);
+    }
+  });
+  ParticleSums sums;
+  for (const BlockResult& result : results) {
+    if (result.failure) fail(result.failure->particle, result.failure->quantity);
+    sums.add(result.sums);
+  }
+  return sums;
+}
+
+void Simulation::scatter_strays(const StepConstants& c, bool observe) {
+  if (strays_.empty()) return;
+  // One task a block, its strays in order of particle: no two tasks write the same tile, and the order is always the same.
+  std::vector<std::uint32_t> order(strays_.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::tie(strays_[a].block, strays_[a].particle) < std::tie(strays_[b].block, strays_[b].particle);
+  });
+  std::vector<std::uint32_t> first;
+  for (std::uint32_t i = 0; i < order.size(); ++i)
+    if (i == 0 || strays_[order[i]].block != strays_[order[i - 1]].block) first.push_back(i);
+  first.push_back(std::uint32_t(order.size()));
+  const ParticlePointers pointers(particles_);
+  std::vector<ParticleSums> sums(first.size() - 1);
+  tbb::parallel_for(std::size_t(0), sums.size(), [&](std::size_t n) {
+    for (std::uint32_t i = first[n]; i < first[n + 1]; ++i) {
+      const Stray& stray = strays_[order[i]];
+      Node* nodes = &grid_.tile(stray.block)[((stray.cell >> 4) * tile_edge + (stray.cell >> 2 & 3)) * tile_edge + (stray.cell & 3)];
+      kernels().scatter_stray(model_, c, pointers, stray.particle, stray.shift, nodes, observe, sums[n]);
+    }
+  });
+  for (const ParticleSums& s : sums) sums_.add(s);
+}
+
+void Simulation::sort_if_due() {
+  // A stray costs about five particles, a sort about half a pass over all: sort when the strays since the last one have cost
+  // as much as it does. The tiles have just been summed, so blocks may change now.
+  if (strays_.empty() || 10 * sort_debt_ < double(particles_.count)) return;
+  sort_particles(strays_, particles_, grid_, cells_);
+  sort_debt_ = 0;
+}
+
+std::size_t Simulation::bytes() const {
+  return particles_.count * (particles_.bytes_per_particle()) + grid_.bytes() + cells_.size() * sizeof(CellRanges);
+}
+
+std::vector<Vec3> Simulation::positions() const {
+  return world_positions(particles_, grid_, cells_, setup_.cell_size, Vec3(setup_.numerics.grid_offset.data()));
+}
+
+void Simulation::fail(std::uint32_t particle, const std::string& quantity) const {
+  std::ostringstream message;
+  message.precision(10);
+  message << "step " << step_ + 1 << ", t = " << time_ << " s: " << quantity << " of particle " << particles_.id[particle]
+          << " is not finite or not positive";
+  throw NumericalError(message.str());
+}
+
+}  // namespace anticrack

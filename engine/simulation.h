@@ -1,0 +1,96 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "activation.h"
+#include "kernels.h"
+#include "numerics.h"
+#include "particles.h"
+#include "sparse_grid.h"
+#include "walls/walls.h"
+
+namespace anticrack {
+
+/// A sample and what happens to it.
+struct SimulationSetup {
+  Vec3 box_size;          ///< [m]; the sample box is [0, box_size]
+  double particle_volume; ///< V0 of every particle [m^3]
+  double cell_size;       ///< dx [m]
+  Material material;
+  Loading loading;
+  Numerics numerics;
+};
+
+/// What accumulates over a run. All energies in J.
+struct Ledger {
+  double plastic_dissipation = 0;
+  double numerical_dissipation = 0;  ///< lost by the transfers between particles and grid, measured on both sides
+  double wall_work = 0;              ///< given to the grid by the walls
+  std::array<double, 6> wall_impulse{};  ///< along +axis [N s]
+  double generalized_impulse = 0;        ///< see WallAction
+};
+
+/// The explicit elastoplastic material point method, Algorithm 1 of Blatny et al. (2021).
+///
+/// One pass over the particles a step: it ends step n (lines 7-13) and scatters for step n + 1 (lines 2-4), which does not need
+/// the time step. Results do not depend on the number of threads.
+class Simulation {
+ public:
+  /// @param positions  [m], one per particle, inside the box
+  /// @throws InputError
+  Simulation(const SimulationSetup& setup, std::span<const Vec3> positions);
+
+  /// One time step. With `observe` the sums of `observed()` are those of the new state.
+  /// @throws NumericalError  naming step, time, particle and quantity
+  void step(bool observe);
+
+  std::int64_t steps() const { return step_; }
+  double time() const { return time_; }             ///< [s]
+  double dt() const { return dt_; }                 ///< of the last step [s]
+  double next_time_step() const;                    ///< [s]
+  const ParticleSums& observed() const { return sums_; }
+  const Ledger& ledger() const { return ledger_; }
+  double kinetic_energy() const { return 0.5 * mass_ * sums_.speed_squared; }  ///< of the particles [J]
+  const Walls& walls() const { return walls_; }
+  const SparseGrid& grid() const { return grid_; }
+  const Particles& particles() const { return particles_; }
+  const std::vector<CellRanges>& cells() const { return cells_; }
+  const SimulationSetup& setup() const { return setup_; }
+  double particle_mass() const { return mass_; }    ///< [kg]
+  std::size_t stray_count() const { return strays_.size(); }
+  std::size_t bytes() const;
+  std::vector<Vec3> positions() const;              ///< [m], storage order
+
+ private:
+  double flip_of_step(double dt) const;
+  StepConstants constants(double dt) const;
+  std::array<double, 2> update_grid_velocity(double dt);
+  void sort_if_due();
+  void advance_particles(double dt, bool observe);
+  void scatter_particles();
+  void collect_strays(std::span<BlockResult> results);
+  void scatter_strays(const StepConstants& c, bool observe);
+  ParticleSums advance_strays(const StepConstants& c);
+  [[noreturn]] void fail(std::uint32_t particle, const std::string& quantity) const;
+
+  SimulationSetup setup_;
+  Model model_;
+  double mass_;
+  Particles particles_;
+  SparseGrid grid_;
+  std::vector<CellRanges> cells_;
+  std::vector<Stray> strays_;
+  std::vector<BlockResult> results_;
+  Walls walls_;
+  ParticleSums sums_;
+  Ledger ledger_;
+  std::int64_t step_ = 0;
+  double time_ = 0, dt_ = 0;
+  double sort_debt_ = 0;  ///< strays handled since the last sort
+};
+
+}  // namespace anticrack

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "sparse_grid.h"
+#include "vec3.h"
+#include "walls/loading.h"
+
+namespace anticrack {
+
+/// What a wall asks of the velocity along it.
+enum class Tangential { free, fixed, affine };
+
+/// A rigid plane that bounds the sample.
+struct Wall {
+  int axis;              ///< of its normal
+  bool upper;            ///< on the side of large coordinates
+  double position;       ///< [m]
+  double full_velocity;  ///< along +axis, at the end of the ramp [m/s]
+  Tangential tangential = Tangential::free;
+  double grip_depth = 0;  ///< how far inside its position it takes hold of nodes [m]
+};
+
+/// What the walls did to the grid in one step. Index 2 * axis + upper.
+struct WallAction {
+  std::array<double, 6> normal_impulse{};  ///< by the wall on the sample, along +axis [N s]
+  double work = 0;                         ///< kinetic energy the walls gave to the grid [J]
+  double generalized_impulse = 0;          ///< sum of impulse . (full wall velocity) [J]; W2 is the rate of its force
+};
+
+/// The six walls of the sample box and their motion, line 6 of Algorithm 1.
+class Walls {
+ public:
+  /// @throws InputError  if a wall is faster than the elastic wave `wave_speed` [m/s]
+  Walls(const Loading& loading, WallRule rule, const Vec3& box_size, double cell_size, const Vec3& grid_offset,
+        double wave_speed);
+
+  /// Enforces the walls on the updated nodal velocities. Where walls meet, each sets its own normal component.
+  WallAction apply(SparseGrid& grid, double time) const;
+
+  void move(double time, double dt);  ///< advances the positions from `time` to `time + dt`
+
+  double ramp(double time) const { return ramp_time_ > 0 && time < ramp_time_ ? time / ramp_time_ : 1.0; }
+  double max_speed() const;  ///< [m/s] at the end of the ramp
+  Vec3 lower() const;        ///< [m]
+  Vec3 upper() const;        ///< [m]
+  double volume() const { return (upper() - lower()).prod(); }  ///< of the whole box, solid and void [m^3]
+  Vec3 strain() const;       ///< nominal (engineering) strain of the box along each axis; negative in compression
+  std::array<double, 6> positions() const;
+  void set_positions(const std::array<double, 6>& positions);  ///< to resume a run
+
+ private:
+  struct Reach;  // the nodes that a wall takes hold of
+  void constrain(SparseGrid& grid, double ramp, int axis, bool normal, WallAction& action) const;
+
+  std::array<Wall, 6> walls_;
+  WallRule rule_;
+  Vec3 initial_size_;
+  double cell_size_;
+  Vec3 grid_offset_;
+  double ramp_time_;
+};
+
+/// The walls of a triaxial run in a box [0, size]; `paper` walls grip one cell deep where they pull.
+std::array<Wall, 6> triaxial_walls(const TriaxialLoading& loading, const Vec3& size, double cell_size);
+
+/// Platens along the axis, frictionless side walls at rest.
+std::array<Wall, 6> confined_compression_walls(const ConfinedCompression& loading, const Vec3& size);
+
+}  // namespace anticrack
