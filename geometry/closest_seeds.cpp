@@ -6,7 +6,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <limits>
 
 namespace anticrack {
 namespace {
@@ -44,21 +43,38 @@ ClosestSeeds::ClosestSeeds(const PaddedField& field)
   for (int ring = 2; ring <= rings; ++ring) grow_ring(ring);
 }
 
-std::optional<Vec3> ClosestSeeds::at(int i, int j, int k) const {
-  const std::optional<Index3> offset = nearest(i, j, k, rings);
-  if (!offset) return std::nullopt;
-  return Vec3(i + unit * (*offset)[0], j + unit * (*offset)[1], k + unit * (*offset)[2]);
+ClosestSeeds::Choice ClosestSeeds::at(int i, int j, int k) const {
+  const Neighbours near = neighbours(i, j, k, rings);
+  const Offset* first = near.nearest();
+  if (!first) return {};
+  const auto position = [&](const Offset& offset) {
+    return Vec3(i + unit * offset.way[0], j + unit * offset.way[1], k + unit * offset.way[2]);
+  };
+  Choice choice = {position(*first), std::nullopt};
+
+  // Another sheet of the surface may prove nearer after all.
+  constexpr double apart = 1.5 * steps, slack = 0.4 * steps;
+  const double reach = std::sqrt(double(first->squared)) + slack;
+  const Offset* second = nullptr;
+  for (const Offset& offset : near) {
+    if (offset.squared > reach * reach || (second && offset.squared >= second->squared)) continue;
+    double gap = 0.0;
+    for (int axis = 0; axis < 3; ++axis)
+      gap += double(offset.way[axis] - first->way[axis]) * (offset.way[axis] - first->way[axis]);
+    if (gap > apart * apart) second = &offset;
+  }
+  if (second) choice.second = position(*second);
+  return choice;
 }
 
-std::optional<Index3> ClosestSeeds::nearest(int i, int j, int k, int last_ring) const {
+ClosestSeeds::Neighbours ClosestSeeds::neighbours(int i, int j, int k, int last_ring) const {
   Index3 lower, upper;
   const Index3 centre = {i, j, k};
   for (int axis = 0; axis < 3; ++axis) {
     lower[axis] = std::max(centre[axis] - 1, -padding);
     upper[axis] = std::min(centre[axis] + 1, points_[axis] + padding - 1);
   }
-  std::optional<Index3> best;
-  int least = std::numeric_limits<int>::max();
+  Neighbours result;
   for (int nk = lower[2]; nk <= upper[2]; ++nk) {
     for (int nj = lower[1]; nj <= upper[1]; ++nj) {
       const std::size_t row = layout_.offset(0, nj, nk);
@@ -69,12 +85,11 @@ std::optional<Index3> ClosestSeeds::nearest(int i, int j, int k, int last_ring) 
         if (seed.ring > last_ring) continue;
         const Index3 way = {seed.offset[0] + steps * (ni - i), seed.offset[1] + steps * (nj - j),
                             seed.offset[2] + steps * (nk - k)};
-        const int squared = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
-        if (squared < least) least = squared, best = way;
+        result.offsets[result.count++] = {way, way[0] * way[0] + way[1] * way[1] + way[2] * way[2]};
       }
     }
   }
-  return best;
+  return result;
 }
 
 // Lattice points of the box with a neighbour on the other side of the surface. They step along the gradient,
@@ -124,9 +139,11 @@ void ClosestSeeds::grow_ring(int ring) {
       for (int i = -padding; i < points_[0] + padding; ++i) {
         const std::size_t offset = layout_.offset(i, j, k);
         if (load(offset) != 0) continue;
-        const std::optional<Index3> way = nearest(i, j, k, ring - 1);
-        if (!way || std::ranges::any_of(*way, [](int w) { return std::abs(w) > largest_offset; })) continue;
-        std::atomic_ref(packed_[offset]).store(pack({*way, ring}), std::memory_order_relaxed);
+        const Neighbours near = neighbours(i, j, k, ring - 1);
+        const Offset* first = near.nearest();
+        if (!first || std::ranges::any_of(first->way, [](int w) { return std::abs(w) > largest_offset; }))
+          continue;
+        std::atomic_ref(packed_[offset]).store(pack({first->way, ring}), std::memory_order_relaxed);
       }
     }
   });

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -17,14 +19,34 @@ class ClosestSeeds {
   /// after the other, to a distance of three points and more. Same bits on any number of threads.
   explicit ClosestSeeds(const PaddedField& field);
 
-  /// The nearest of the seeds of (i, j, k) and its 26 neighbours, index space; nothing if the surface is not
-  /// near.
-  std::optional<Vec3> at(int i, int j, int k) const;
+  struct Choice {
+    std::optional<Vec3> first;   ///< the nearest; nothing if the surface is not near
+    std::optional<Vec3> second;  ///< one elsewhere on the surface that is hardly farther
+  };
+
+  /// Of the seeds of (i, j, k) and its 26 neighbours, index space.
+  Choice at(int i, int j, int k) const;
 
  private:
+  struct Offset {
+    Index3 way;   // from a lattice point to a seed, in the unit of `packed_`
+    int squared;  // its length squared
+  };
+  struct Neighbours {
+    std::array<Offset, 27> offsets;
+    int count = 0;
+
+    const Offset* begin() const { return offsets.data(); }
+    const Offset* end() const { return offsets.data() + count; }
+    const Offset* nearest() const {
+      const auto closer = [](const Offset& a, const Offset& b) { return a.squared < b.squared; };
+      return count == 0 ? nullptr : std::min_element(begin(), end(), closer);
+    }
+  };
+
   void start_ring(const PaddedField& field);
   void grow_ring(int ring);
-  std::optional<Index3> nearest(int i, int j, int k, int last_ring) const;
+  Neighbours neighbours(int i, int j, int k, int last_ring) const;
   std::uint32_t load(std::size_t offset) const;
 
   Index3 points_;

@@ -44,13 +44,17 @@ class CappedSolid {
   }
 
   double distance_to_cut(const Vec3& x, int i, int j, int k) const {
-    const std::optional<Vec3> seed = seeds_.at(i, j, k);
-    if (!seed) return far_away;
-    const double rough = (x - *seed).norm();
-    constexpr double seed_error =
-        0.75;  // of the worst seed of a ring that a nearer sheet of the surface beats
+    const ClosestSeeds::Choice seeds = seeds_.at(i, j, k);
+    if (!seeds.first) return far_away;
+    const double distance = distance_to_cut(x, *seeds.first);
+    return seeds.second ? std::min(distance, distance_to_cut(x, *seeds.second)) : distance;
+  }
+
+  double distance_to_cut(const Vec3& x, const Vec3& seed) const {
+    const double rough = (x - seed).norm();
+    constexpr double seed_error = 0.75;  // voxels, of the worst seed
     if (rough > half_width + seed_error) return far_away;
-    const std::optional<Vec3> closest = find_closest_point(excess_, x, *seed);
+    const std::optional<Vec3> closest = find_closest_point(excess_, x, seed);
     if (!closest) return rough;
     const double distance = (x - *closest).norm();
     return distance > rough + seed_error ? rough : distance;
