@@ -1,0 +1,208 @@
+#include "microstructure_io.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <openvdb/openvdb.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+
+#include "errors.h"
+#include "level_set.h"
+
+namespace anticrack {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Keys of the lattice beside those of Microstructure::metadata.
+constexpr const char* version_key = "anticrack_version";
+constexpr const char* points_key = "lattice_points";
+constexpr const char* spacing_key = "lattice_spacing";
+constexpr const char* origin_key = "origin";
+constexpr const char* solid_points_key = "solid_points";
+
+// Runs `body`, giving whatever OpenVDB or the system throws the file's name.
+template <class Body>
+auto with_file_errors(const fs::path& file, const char* action, Body body) {
+  try {
+    openvdb::initialize();
+    return body();
+  } catch (const FileError&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw FileError(fmt::format("{}: cannot {}: {}", file.string(), action, error.what()));
+  }
+}
+
+openvdb::MetaMap to_openvdb(const Microstructure& structure) {
+  openvdb::MetaMap map;
+  for (const auto& [key, value] : structure.metadata) {
+    if (const auto* integer = std::get_if<std::int64_t>(&value))
+      map.insertMeta(key, openvdb::Int64Metadata(*integer));
+    if (const auto* number = std::get_if<double>(&value))
+      map.insertMeta(key, openvdb::DoubleMetadata(*number));
+    if (const auto* text = std::get_if<std::string>(&value))
+      map.insertMeta(key, openvdb::StringMetadata(*text));
+  }
+  const auto& [points, spacing] = structure.lattice;
+  const Vec3& origin = structure.origin;
+  map.insertMeta(version_key, openvdb::StringMetadata(ANTICRACK_VERSION));
+  map.insertMeta(points_key, openvdb::Vec3IMetadata(openvdb::Vec3i(points[0], points[1], points[2])));
+  map.insertMeta(spacing_key, openvdb::DoubleMetadata(spacing));
+  map.insertMeta(origin_key, openvdb::Vec3DMetadata(openvdb::Vec3d(origin[0], origin[1], origin[2])));
+  map.insertMeta(solid_points_key, openvdb::Int64Metadata(std::int64_t(structure.solid_points)));
+  return map;
+}
+
+void flush_to_disk(const fs::path& file) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) throw std::system_error(errno, std::generic_category(), "open");
+  const int failed = ::fsync(descriptor), reason = errno;
+  ::close(descriptor);
+  if (failed) throw std::system_error(reason, std::generic_category(), "fsync");
+}
+
+bool is_level_set_of_reals(const openvdb::GridBase& grid) {
+  return grid.getGridClass() == openvdb::GRID_LEVEL_SET &&
+         (grid.valueType() == "float" || grid.valueType() == "double");
+}
+
+// Name of the grid to read: `surface`, else the first level set.
+std::string choose_grid(openvdb::io::File& stream, const fs::path& file) {
+  std::string found, first;
+  for (auto name = stream.beginName(); name != stream.endName(); ++name) {
+    const auto grid = stream.readGridMetadata(*name);
+    if (is_level_set_of_reals(*grid)) {
+      if (*name == "surface") return *name;
+      if (first.empty()) first = *name;
+    }
+    found += fmt::format("{}'{}' ({}, {})", found.empty() ? "" : ", ", *name, grid->valueType(),
+                         openvdb::GridBase::gridClassToString(grid->getGridClass()));
+  }
+  if (first.empty())
+    throw FileError(fmt::format("{}: no level set of float or double values; grids found: {}", file.string(),
+                                found.empty() ? "none" : found));
+  return first;
+}
+
+openvdb::FloatGrid::Ptr to_float(const openvdb::GridBase::Ptr& grid) {
+  if (auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) return floats;
+  const auto doubles = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid);
+  auto converted =
+      std::make_shared<openvdb::FloatGrid>(std::make_shared<openvdb::FloatTree>(doubles->constTree()));
+  converted->insertMeta(*grid);
+  converted->setTransform(grid->transformPtr());
+  return converted;
+}
+
+// Lattice, counts and metadata of our own files; false if the grid does not carry them.
+bool read_own_metadata(const openvdb::FloatGrid& grid, Microstructure& structure) {
+  const auto points = grid.getMetadata<openvdb::Vec3IMetadata>(points_key);
+  const auto spacing = grid.getMetadata<openvdb::DoubleMetadata>(spacing_key);
+  const auto origin = grid.getMetadata<openvdb::Vec3DMetadata>(origin_key);
+  const auto solid = grid.getMetadata<openvdb::Int64Metadata>(solid_points_key);
+  if (!points || !spacing || !origin || !solid || points->value()[0] < 1 || points->value()[1] < 1 ||
+      points->value()[2] < 1 || !(spacing->value() > 0) || !std::isfinite(spacing->value()) ||
+      solid->value() < 1)
+    return false;
+  structure.lattice = {{points->value()[0], points->value()[1], points->value()[2]}, spacing->value()};
+  structure.origin = {origin->value()[0], origin->value()[1], origin->value()[2]};
+  structure.solid_points = std::size_t(solid->value());
+  return true;
+}
+
+std::map<std::string, MetadataValue> read_metadata(const openvdb::FloatGrid& grid) {
+  std::map<std::string, MetadataValue> result;
+  for (auto entry = grid.beginMeta(); entry != grid.endMeta(); ++entry) {
+    const auto& [key, value] = *entry;
+    if (key == points_key || key == spacing_key || key == origin_key || key == solid_points_key) continue;
+    if (const auto* integer = dynamic_cast<const openvdb::Int64Metadata*>(value.get()))
+      result[key] = integer->value();
+    if (const auto* number = dynamic_cast<const openvdb::DoubleMetadata*>(value.get()))
+      result[key] = number->value();
+    if (const auto* text = dynamic_cast<const openvdb::StringMetadata*>(value.get()))
+      result[key] = text->value();
+  }
+  return result;
+}
+
+// The sample box of a level set from elsewhere: its solid voxels' bounding box, each voxel a cube about its
+// point.
+void infer_sample_box(const openvdb::FloatGrid& grid, const fs::path& file, Microstructure& structure) {
+  if (!grid.transform().isLinear() || !(grid.background() > 0))
+    throw FileError(fmt::format(
+        "{}: grid '{}': expected a linear transform and a positive background value, got {} and {:g}",
+        file.string(), grid.getName(), grid.transform().mapType(), grid.background()));
+  openvdb::CoordBBox solid;
+  for (auto value = grid.cbeginValueAll(); value; ++value)
+    if (*value < 0) solid.expand(value.getBoundingBox());
+  if (solid.empty())
+    throw FileError(
+        fmt::format("{}: grid '{}' has no solid (no negative value)", file.string(), grid.getName()));
+
+  const openvdb::BBoxd box = grid.transform().indexToWorld(openvdb::BBoxd(
+      solid.min().asVec3d() - openvdb::Vec3d(0.5), solid.max().asVec3d() + openvdb::Vec3d(0.5)));
+  const openvdb::Vec3d voxel = grid.voxelSize();
+  const double spacing = grid.hasUniformVoxels() ? voxel[0] : std::cbrt(voxel[0] * voxel[1] * voxel[2]);
+  structure.origin = {box.min()[0], box.min()[1], box.min()[2]};
+  structure.lattice.spacing = spacing;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double points = std::max(1.0, std::round(box.extents()[axis] / spacing));
+    constexpr double most = 1 << 20;
+    if (!(points <= most))
+      throw FileError(fmt::format("{}: grid '{}' spans {:g} voxels along an axis; expected at most {:g}",
+                                  file.string(), grid.getName(), points, most));
+    structure.lattice.points[axis] = int(points);
+  }
+  structure.solid_points = seed_particles(structure, structure.lattice).size();
+  structure.metadata["source"] = "vdb";
+  structure.metadata["solid_fraction_achieved"] = structure.solid_fraction();
+}
+
+openvdb::FloatGrid::Ptr read_grid(const fs::path& file) {
+  openvdb::io::File stream(file.string());
+  stream.setCopyMaxBytes(0);
+  stream.open(/*delayLoad=*/false);
+  return to_float(stream.readGrid(choose_grid(stream, file)));
+}
+
+}  // namespace
+
+void write_microstructure(const Microstructure& structure, const fs::path& file) {
+  const fs::path temporary = file.string() + fmt::format(".{}.tmp", ::getpid());
+  with_file_errors(file, "write", [&] {
+    try {
+      const openvdb::MetaMap metadata = to_openvdb(structure);
+      const auto grid = structure.surface->grid->deepCopyGrid();
+      for (auto entry = metadata.beginMeta(); entry != metadata.endMeta(); ++entry)
+        grid->insertMeta(entry->first, *entry->second);
+      openvdb::io::File(temporary.string()).write({grid}, metadata);
+      flush_to_disk(temporary);
+      read_grid(temporary);  // OpenVDB does not notice a full disk
+      fs::rename(temporary, file);
+    } catch (...) {
+      std::error_code ignored;
+      fs::remove(temporary, ignored);
+      throw;
+    }
+  });
+}
+
+Microstructure read_microstructure(const fs::path& file) {
+  if (!fs::exists(file)) throw FileError(fmt::format("{}: no such file", file.string()));
+  return with_file_errors(file, "read", [&] {
+    Microstructure structure;
+    const auto grid = read_grid(file);
+    structure.surface = std::make_shared<LevelSet>(LevelSet{grid});
+    structure.metadata = read_metadata(*grid);
+    if (!read_own_metadata(*grid, structure)) infer_sample_box(*grid, file, structure);
+    return structure;
+  });
+}
+
+}  // namespace anticrack
