@@ -1,0 +1,151 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace anticrack {
+
+/// Element types a checkpoint can hold; the letter marks the type in the file.
+template <class T>
+inline constexpr char checkpoint_type_letter = 0;
+template <>
+inline constexpr char checkpoint_type_letter<double> = 'd';
+template <>
+inline constexpr char checkpoint_type_letter<float> = 'f';
+template <>
+inline constexpr char checkpoint_type_letter<std::int32_t> = 'i';
+template <>
+inline constexpr char checkpoint_type_letter<std::uint32_t> = 'I';
+template <>
+inline constexpr char checkpoint_type_letter<std::int64_t> = 'q';
+template <>
+inline constexpr char checkpoint_type_letter<std::uint64_t> = 'Q';
+template <>
+inline constexpr char checkpoint_type_letter<std::uint8_t> = 'B';
+
+template <class T>
+concept CheckpointElement = checkpoint_type_letter<T>
+!= 0;
+
+/// Writes named arrays into one checksummed file.
+///
+/// Layout, without gaps: magic, byte order mark, format version, CRC-32 of the scene, sizes, CRC-32 of all
+/// before and of the table; the table (name, type, element size, count, offset, CRC-32); the arrays.
+class CheckpointWriter {
+ public:
+  /// `scene_text` is the resolved scene: a checkpoint resumes only the run that wrote it.
+  explicit CheckpointWriter(std::string_view scene_text);
+
+  /// Notes an array; its values are read in write(), not before, and must live until then.
+  /// @throws InputError  if the name is taken
+  template <CheckpointElement T>
+  void add(std::string_view name, std::span<const T> values) {
+    add_bytes(name, checkpoint_type_letter<T>, sizeof(T), std::as_bytes(values));
+  }
+
+  /// Copies one number. @throws InputError  if the name is taken
+  template <CheckpointElement T>
+  void add_value(std::string_view name, T value) {
+    const auto bytes = std::as_bytes(std::span(&value, 1));
+    auto& kept = values_[std::string(name)];
+    kept.assign(bytes.begin(), bytes.end());
+    add_bytes(name, checkpoint_type_letter<T>, sizeof(T), kept);
+  }
+
+  /// Streams all arrays to `file`, atomically. @throws FileError
+  void write(const std::filesystem::path& file) const;
+
+ private:
+  struct Array {
+    std::string name;
+    char type;
+    std::uint32_t element_size;
+    std::span<const std::byte> bytes;
+  };
+
+  void add_bytes(std::string_view name, char type, std::size_t element_size,
+                 std::span<const std::byte> bytes);
+
+  std::uint32_t scene_checksum_;
+  std::vector<Array> arrays_;
+  std::map<std::string, std::vector<std::byte>> values_;
+};
+
+/// Reads what CheckpointWriter wrote. Sizes are checked against the file's before anything is allocated, and
+/// every array against its checksum; errors name file, array and what is wrong.
+class CheckpointReader {
+ public:
+  /// Reads and checks the table. @throws FileError
+  explicit CheckpointReader(const std::filesystem::path& file);
+
+  const std::filesystem::path& file() const { return file_; }
+  bool is_of_scene(std::string_view scene_text) const;
+  bool contains(std::string_view name) const { return arrays_.contains(name); }
+  /// Entries of an array. @throws FileError  if there is none of that name
+  std::size_t count(std::string_view name) const { return array(name).count; }
+
+  /// @throws FileError  if the array is missing, of another type or length, or damaged
+  template <CheckpointElement T>
+  void read(std::string_view name, std::span<T> values) {
+    read_bytes(name, checkpoint_type_letter<T>, std::as_writable_bytes(values));
+  }
+
+  template <CheckpointElement T>
+  std::vector<T> read(std::string_view name) {
+    std::vector<T> values(count_of_type(name, checkpoint_type_letter<T>));
+    read<T>(name, std::span<T>(values));
+    return values;
+  }
+
+  template <CheckpointElement T>
+  T read_value(std::string_view name) {
+    T value;
+    read<T>(name, std::span<T>(&value, 1));
+    return value;
+  }
+
+  /// Reads the whole file once against its checksums. @throws FileError
+  void verify();
+
+ private:
+  struct Array {
+    char type;
+    std::uint32_t element_size;
+    std::uint64_t count;
+    std::uint64_t offset;
+    std::uint32_t checksum;
+  };
+
+  void read_table(std::uint64_t file_size);
+  const Array& array(std::string_view name) const;
+  std::size_t count_of_type(std::string_view name, char type) const;
+  void read_bytes(std::string_view name, char type, std::span<std::byte> bytes);
+  void fetch(std::uint64_t offset, std::span<std::byte> bytes);
+
+  std::filesystem::path file_;
+  std::ifstream stream_;
+  std::uint32_t scene_checksum_ = 0;
+  std::map<std::string, Array, std::less<>> arrays_;
+};
+
+/// `folder`/checkpoint_NNNNNNNNNN.bin, the file of a step; names sort by step.
+std::filesystem::path checkpoint_file(const std::filesystem::path& folder, std::int64_t step);
+
+/// Removes all checkpoints of `folder` but the last two: the newest, and one more should it be damaged.
+/// @throws FileError
+void keep_last_two_checkpoints(const std::filesystem::path& folder);
+
+/// The newest checkpoint of `folder` whose every checksum holds; what is wrong with the newer ones goes to
+/// `damaged`.
+/// @throws FileError  if there is none
+std::filesystem::path newest_valid_checkpoint(const std::filesystem::path& folder,
+                                              std::vector<std::string>& damaged);
+
+}  // namespace anticrack
