@@ -60,6 +60,14 @@ Lab interpolate(const std::vector<Lab>& anchors, double s) {
   return {p1.L + t * (p2.L - p1.L), cubic(p0.a, p1.a, p2.a, p3.a), cubic(p0.b, p1.b, p2.b, p3.b)};
 }
 
+/// Away from zero (or towards it) to two significant digits.
+double rounded(double value, bool away) {
+  if (value == 0) return 0;
+  const double unit = std::pow(10, std::floor(std::log10(std::abs(value))) - 1);
+  const double digits = std::abs(value) / unit;
+  return std::copysign(unit * (away ? std::ceil(digits - 1e-6) : std::floor(digits + 1e-6)), value);
+}
+
 double percentile_of(std::vector<float>& values, double percent) {
   const auto rank = std::size_t(std::lround(percent / 100 * double(values.size() - 1)));
   std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(rank), values.end());
@@ -158,13 +166,13 @@ ColorScale choose_scale(std::span<const std::span<const float>> values, const Sc
       low_positive = std::min(low_positive, percentile_of(kept, 100 - request.percentile));
   }
   if (!(fixed_high > fixed_low)) {
-    scale.high = high;
-    scale.low = request.is_signed ? -high : low;
+    scale.high = rounded(high, high > 0);
+    scale.low = request.is_signed ? -scale.high : rounded(low, low < 0);
     if (scale.logarithmic) {
       if (!(high > 0) || request.is_signed) {
         throw InputError("logarithmic scale: expected a quantity without sign that has positive values");
       }
-      scale.low = std::max(low_positive, 1e-4 * high);
+      scale.low = rounded(std::max(low_positive, 1e-4 * high), false);
     }
     // A quantity that is the same everywhere still needs a bar of some width.
     if (!(scale.high > scale.low)) scale.high = scale.low + (scale.low != 0 ? std::abs(scale.low) : 1);

@@ -6,9 +6,9 @@
 
 #include "camera.h"
 #include "color_map.h"
+#include "cut_section.h"
 #include "image.h"
 #include "mesh.h"
-#include "solid_field.h"
 
 namespace anticrack {
 
@@ -20,25 +20,29 @@ struct RenderLayers {
 };
 
 /// Ray-traced picture of a surface or of spheres (Embree). Building it makes the search tree; `bake_light`
-/// traces sky and key light once per vertex (or sphere); after that every camera and colour scale costs its
-/// primary rays only. All results are the same bits for any number of threads.
+/// traces sky and key light once a vertex (or visible sphere); after that every colour scale, and for a
+/// surface every camera, costs its primary rays only. All results are the same bits for any number of
+/// threads.
 class EmbreeScene {
  public:
-  /// @param mesh, field  must outlive the scene; the field colours the cap where `cut` opens the solid
-  EmbreeScene(const Mesh& mesh, const SolidField& field, std::optional<CutPlane> cut = {});
+  /// @param mesh  must outlive the scene
+  /// @param cut   removes what lies beyond its plane and caps the solid there
+  explicit EmbreeScene(const Mesh& mesh, std::optional<CutSection> cut = {});
   /// Spheres whose centre lies beyond the cut are left out. @throws InputError  if none is left
   explicit EmbreeScene(const SphereCloud& spheres, std::optional<CutPlane> cut = {});
   ~EmbreeScene();
   EmbreeScene(EmbreeScene&&) noexcept;
 
-  void bake_light();
+  /// @param camera  spheres: only those that it sees are worth the rays
+  void bake_light(const Camera& camera);
 
   /// @param samples  rays a pixel, > 0 (rounded up to a multiple of 8); 16 gives clean edges
   /// @throws InputError  if the light is not baked
   RenderLayers render(const Camera& camera, const ColorScale& scale, int samples = 16) const;
 
+  struct Data;  ///< defined where Embree is seen
+
  private:
-  struct Data;
   std::unique_ptr<Data> data_;
 };
 

@@ -15,6 +15,7 @@ struct Mesh {
   std::vector<Point> normal;                           ///< unit length
   std::vector<float> scalar;                           ///< the coloured quantity
   std::vector<std::array<std::uint32_t, 3>> triangle;  ///< counter-clockwise seen from outside
+  float spacing = 0;                                   ///< [m] of the lattice it was made on
 };
 
 /// Particles drawn as spheres of one radius.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 
 #include "errors.h"
@@ -182,6 +183,32 @@ SolidField::SolidField(std::span<const Point> positions, std::span<const float> 
     }
   });
   smooth();
+  surface_fraction_ = find_surface_fraction();
+}
+
+float SolidField::find_surface_fraction() const {
+  double volume = 0;  // in nodes; where particles crowd, a node still holds no more than itself
+  std::vector<float> candidates;
+  std::size_t above = 0;
+  constexpr float least = 0.3f;
+  constexpr float most = 0.499f;
+  for (const Block& block : blocks_) {
+    for (const float f : block.fraction) {
+      volume += std::min(f, 1.0f);
+      if (f >= most) {
+        ++above;
+      } else if (f >= least) {
+        candidates.push_back(f);
+      }
+    }
+  }
+  const auto wanted = std::size_t(std::lround(volume));
+  if (wanted <= above) return most;
+  const std::size_t rank = wanted - above - 1;
+  if (rank >= candidates.size()) return least;
+  std::nth_element(candidates.begin(), candidates.begin() + std::ptrdiff_t(rank), candidates.end(),
+                   std::greater<>());
+  return candidates[rank];
 }
 
 void SolidField::smooth() {

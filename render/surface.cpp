@@ -14,8 +14,6 @@ constexpr int margin = 2;                    // for the smoothed gradient
 constexpr int wide = edge + 1 + 2 * margin;  // nodes along a gathered block
 constexpr int wide_count = wide * wide * wide;
 
-constexpr float isovalue = SolidField::surface_fraction;
-
 constexpr int strides[3] = {1, wide, wide* wide};
 
 int node(int i, int j, int k) {
@@ -31,7 +29,7 @@ struct BlockValues {
 };
 
 /// Which corners of a cell are solid, as bits.
-int solid_corners(const float* fraction, int cell) {
+int solid_corners(const float* fraction, int cell, float isovalue) {
   int mask = 0;
   for (int c = 0; c < 8; ++c) {
     const int corner = cell + (c & 1) * strides[0] + (c >> 1 & 1) * strides[1] + (c >> 2) * strides[2];
@@ -73,7 +71,7 @@ struct Trilinear {
 };
 
 void place_vertex(const BlockValues& v, const SolidField::Block& block, double spacing,
-                  const std::array<int, 3>& local, Mesh& mesh, std::size_t id) {
+                  const std::array<int, 3>& local, float isovalue, Mesh& mesh, std::size_t id) {
   const int cell = node(local[0], local[1], local[2]);
   Point f{};
   int crossings = 0;
@@ -115,7 +113,7 @@ using CellVertices = std::array<std::int32_t, SolidField::nodes>;  // number wit
 /// Two triangles for each lattice edge that the surface crosses: they join the vertices of the four cells
 /// around it.
 template <class VertexOf>
-void join_cells(const float* fraction, const Mesh& mesh, VertexOf&& vertex_of,
+void join_cells(const float* fraction, float isovalue, const Mesh& mesh, VertexOf&& vertex_of,
                 std::vector<std::array<std::uint32_t, 3>>& triangles) {
   for (int k = 0; k < edge; ++k) {
     for (int j = 0; j < edge; ++j) {
@@ -156,6 +154,7 @@ void join_cells(const float* fraction, const Mesh& mesh, VertexOf&& vertex_of,
 
 Mesh extract_surface(const SolidField& field) {
   const auto& blocks = field.blocks();
+  const float isovalue = field.surface_fraction();
 
   // Number the vertices: first within each block, then over the blocks.
   std::vector<CellVertices> vertices(blocks.size());
@@ -166,7 +165,7 @@ Mesh extract_surface(const SolidField& field) {
     field.gather(blocks[b], &SolidField::Block::fraction, margin, fraction.data());
     std::int32_t count = 0;
     for (int cell = 0; cell < SolidField::nodes; ++cell) {
-      const int mask = solid_corners(fraction.data(), node(cell & 7, cell >> 3 & 7, cell >> 6));
+      const int mask = solid_corners(fraction.data(), node(cell & 7, cell >> 3 & 7, cell >> 6), isovalue);
       if (mask != 0 && mask != 255) vertices[b][std::size_t(cell)] = count++;
     }
     first[b + 1] = std::uint32_t(count);
@@ -174,6 +173,7 @@ Mesh extract_surface(const SolidField& field) {
   for (std::size_t b = 0; b < blocks.size(); ++b) first[b + 1] += first[b];
 
   Mesh mesh;
+  mesh.spacing = float(field.spacing());
   mesh.position.resize(first.back());
   mesh.normal.resize(first.back());
   mesh.scalar.resize(first.back());
@@ -195,7 +195,7 @@ Mesh extract_surface(const SolidField& field) {
     for (int cell = 0; cell < SolidField::nodes; ++cell) {
       const std::int32_t number = vertices[b][std::size_t(cell)];
       if (number < 0) continue;
-      place_vertex(v, blocks[b], field.spacing(), {cell & 7, cell >> 3 & 7, cell >> 6}, mesh,
+      place_vertex(v, blocks[b], field.spacing(), {cell & 7, cell >> 3 & 7, cell >> 6}, isovalue, mesh,
                    first[b] + std::size_t(number));
     }
   });
@@ -216,7 +216,7 @@ Mesh extract_surface(const SolidField& field) {
       return first[n] +
              std::uint32_t(vertices[n][std::size_t(local[0] + edge * (local[1] + edge * local[2]))]);
     };
-    join_cells(fraction.data(), mesh, vertex_of, triangles[b]);
+    join_cells(fraction.data(), isovalue, mesh, vertex_of, triangles[b]);
   });
   std::size_t count = 0;
   for (const auto& t : triangles) count += t.size();
