@@ -1,0 +1,62 @@
+#include <fmt/format.h>
+#include <openvdb/openvdb.h>
+
+#include "errors.h"
+#include "info.h"
+
+namespace anticrack {
+
+namespace {
+
+/// Metadata of no interest to a user: OpenVDB writes it for itself.
+bool is_internal(const std::string& name) {
+  return name.starts_with("file_") || name == "class" || name == "name" || name == "is_saved_as_half_float" ||
+         name == "is_local_space" || name == "vector_type" || name == "creator";
+}
+
+std::string list_metadata(const openvdb::MetaMap& metadata, std::string_view indent) {
+  std::string text;
+  for (auto it = metadata.beginMeta(); it != metadata.endMeta(); ++it) {
+    if (!is_internal(it->first)) text += fmt::format("{}{} = {}\n", indent, it->first, it->second->str());
+  }
+  return text;
+}
+
+std::string describe_grid(const openvdb::GridBase& grid) {
+  std::string text = fmt::format("grid \"{}\": {}, {}\n", grid.getName(), grid.type(),
+                                 openvdb::GridBase::gridClassToString(grid.getGridClass()));
+  const openvdb::Vec3d voxel = grid.voxelSize();
+  text += fmt::format("  voxel size {:.9g} x {:.9g} x {:.9g}\n", voxel[0], voxel[1], voxel[2]);
+  if (const auto count = grid.getMetadata<openvdb::Int64Metadata>("file_voxel_count")) {
+    text += fmt::format("  active voxels {}\n", count->value());
+  }
+  const auto lower = grid.getMetadata<openvdb::Vec3IMetadata>("file_bbox_min");
+  const auto upper = grid.getMetadata<openvdb::Vec3IMetadata>("file_bbox_max");
+  if (lower && upper) {
+    const openvdb::Vec3i a = lower->value(), b = upper->value();
+    text += fmt::format("  index box [{}, {}, {}] to [{}, {}, {}]\n", a[0], a[1], a[2], b[0], b[1], b[2]);
+  }
+  return text + list_metadata(grid, "  ");
+}
+
+}  // namespace
+
+std::string describe_vdb(const std::filesystem::path& file) {
+  openvdb::initialize();
+  try {
+    openvdb::io::File stream(file.string());
+    stream.open();
+    std::string text = fmt::format("{}: OpenVDB file, format version {}\n", file.string(), stream.version());
+    if (const auto metadata = stream.getMetadata()) text += list_metadata(*metadata, "");
+    for (auto name = stream.beginName(); name != stream.endName(); ++name) {
+      text += describe_grid(*stream.readGridMetadata(name.gridName()));
+    }
+    return text;
+  } catch (const openvdb::Exception& error) {
+    throw FileError(fmt::format("{}: cannot read it as an OpenVDB file: {}.", file.string(), error.what()));
+  } catch (const std::exception& error) {
+    throw FileError(fmt::format("{}: damaged OpenVDB file: {}.", file.string(), error.what()));
+  }
+}
+
+}  // namespace anticrack

@@ -1,0 +1,75 @@
+#include "sample.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "microstructure_io.h"
+#include "scan.h"
+
+namespace anticrack {
+
+namespace {
+
+/// Refuses lattices that would not fit: a field value and its share of the level set take about 12 bytes a
+/// point.
+void check_memory(const SampleScene& scene) {
+  constexpr double bytes_per_point = 12;
+  const double needed = bytes_per_point * double(scene.lattice->count());
+  const double memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGE_SIZE));
+  if (needed > memory) {
+    throw SceneError(fmt::format(
+        "{}: [sample] {} x {} x {} lattice points need about {:.1f} GB; this machine has {:.1f} GB. "
+        "Use a smaller sample.resolution.",
+        scene.file.string(), scene.lattice->points[0], scene.lattice->points[1], scene.lattice->points[2],
+        needed / 1e9, memory / 1e9));
+  }
+}
+
+std::optional<double> asked_solid_fraction(const Microstructure& structure) {
+  const auto found = structure.metadata.find("solid_fraction");
+  if (found == structure.metadata.end()) return {};
+  const auto* number = std::get_if<double>(&found->second);
+  return number ? std::optional<double>(*number) : std::nullopt;
+}
+
+Sample from_positions(const SampleLattice& lattice, std::vector<Vec3> positions,
+                      std::optional<double> asked) {
+  Sample sample{lattice, std::move(positions), lattice.spacing * lattice.spacing * lattice.spacing, asked, 0};
+  sample.solid_fraction = double(sample.positions.size()) / double(lattice.count());
+  return sample;
+}
+
+}  // namespace
+
+Microstructure load_microstructure(const SampleScene& scene) {
+  if (scene.lattice) check_memory(scene);
+  if (const auto* field = std::get_if<GaussianRandomFieldSource>(&scene.microstructure)) {
+    return generate_microstructure(*scene.lattice, field->field, field->solid_fraction,
+                                   field->threshold_rule);
+  }
+  if (const auto* vdb = std::get_if<VdbSource>(&scene.microstructure)) return read_microstructure(vdb->file);
+  if (std::holds_alternative<FullSource>(scene.microstructure)) return full_block(*scene.lattice);
+  throw InputError(fmt::format(
+      "{}: microstructure.source = \"scan\" has no level set; expected a scene with another source",
+      scene.file.string()));
+}
+
+Sample load_sample(const SampleScene& scene) {
+  if (const auto* scan = std::get_if<ScanSource>(&scene.microstructure)) {
+    const VoxelImage image = read_voxel_image(scan->file, scan->shape);
+    return from_positions({image.size, scan->voxel_size}, scan_points(image, scan->solid, scan->voxel_size),
+                          {});
+  }
+  const Microstructure structure = load_microstructure(scene);
+  const SampleLattice lattice = scene.lattice.value_or(structure.lattice);
+  return from_positions(lattice, seed_particles(structure, lattice), asked_solid_fraction(structure));
+}
+
+Sample load_sample(const Scene& scene) {
+  Sample sample = load_sample(static_cast<const SampleScene&>(scene));
+  const std::string problem = wall_speed_problem(scene.loading, scene.material, sample.lattice.size());
+  if (!problem.empty()) throw SceneError(fmt::format("{}: [loading] {}.", scene.file.string(), problem));
+  return sample;
+}
+
+}  // namespace anticrack
