@@ -13,7 +13,7 @@ namespace {
 void append_number(std::string& text, double value) {
   char digits[32];
   // Whole numbers as a reader expects them: 100000, not 1e+05.
-  const bool whole = std::abs(value) < 1e15 && value == std::trunc(value);
+  const bool whole = value != 0 && std::abs(value) < 1e15 && value == std::trunc(value);
   const auto end = whole ? std::to_chars(digits, digits + sizeof digits, std::int64_t(value))
                          : std::to_chars(digits, digits + sizeof digits, value);
   text.append(digits, end.ptr);
