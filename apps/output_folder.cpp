@@ -1,5 +1,6 @@
 #include "output_folder.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -44,7 +45,7 @@ void check_writable(const fs::path& output, const fs::path& folder) {
     throw InputError(
         fmt::format("{}: cannot write there: {} is not a folder.", output.string(), existing.string()));
   }
-  if (access(existing.c_str(), W_OK | X_OK) != 0) {
+  if (faccessat(AT_FDCWD, existing.c_str(), W_OK | X_OK, AT_EACCESS) != 0) {
     throw InputError(
         fmt::format("{}: cannot write to {}: {}.", output.string(), existing.string(), std::strerror(errno)));
   }

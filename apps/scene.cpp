@@ -298,6 +298,7 @@ std::string wall_speed_problem(const Loading& loading, const Material& material,
 
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
   const SceneDocument document(file, overrides, schema);
+  const SampleScene sample = read_sample(document, file);
   const MaterialScene solid = read_solid(document);
   const SceneSection& loading = document.section("loading", true);
 

@@ -54,8 +54,6 @@ std::string replace_overflow(std::string& text, std::size_t line_number) {
 
 using OverflowsByLine = std::map<std::size_t, std::string>;
 
-SceneValue convert(const toml::node& node, const std::string& place, const OverflowsByLine& overflows);
-
 std::string written_form(const SceneValue& value) {
   if (const auto* flag = std::get_if<bool>(&value.data)) return *flag ? "true" : "false";
   if (const auto* integer = std::get_if<std::int64_t>(&value.data)) return fmt::format("{}", *integer);
@@ -68,7 +66,9 @@ std::string written_form(const SceneValue& value) {
   return fmt::format("[{}]", list);
 }
 
-SceneValue convert(const toml::node& node, const std::string& place, const OverflowsByLine& overflows) {
+/// @param name  "section.key", for messages
+SceneValue convert(const toml::node& node, const std::string& place, const std::string& name,
+                   const OverflowsByLine& overflows) {
   SceneValue value;
   value.place = place;
   if (const auto* flag = node.as_boolean()) {
@@ -81,10 +81,11 @@ SceneValue convert(const toml::node& node, const std::string& place, const Overf
     value.data = text->get();
   } else if (const auto* array = node.as_array()) {
     std::vector<SceneValue> items;
-    for (const toml::node& item : *array) items.push_back(convert(item, place, overflows));
+    for (const toml::node& item : *array) items.push_back(convert(item, place, name, overflows));
     value.data = std::move(items);
   } else {
-    throw SceneError(fmt::format("{}: expected a number, a text, true or false, or a list of these.", place));
+    throw SceneError(
+        fmt::format("{}: {}: expected a number, a text, true or false, or a list of these.", place, name));
   }
   value.written = written_form(value);
   const auto overflow = overflows.find(node.source().begin.line);
@@ -109,11 +110,11 @@ toml::table parse(std::string text, const std::string& file_name, OverflowsByLin
 }
 
 /// The value of an override: TOML where it is, else the bare text.
-SceneValue parse_override(const std::string& text, const std::string& place) {
+SceneValue parse_override(const std::string& text, const std::string& place, const std::string& name) {
   try {
     const toml::table table = toml::parse("value = " + text);
     if (table.size() == 1 && !table.begin()->second.is_table())
-      return convert(table.begin()->second, place, {});
+      return convert(table.begin()->second, place, name, {});
   } catch (const toml::parse_error&) {
   }
   return {text, place, text};
@@ -144,7 +145,8 @@ SceneDocument::SceneDocument(const std::filesystem::path& file, std::span<const 
     SceneSection section{std::string(name.str()), place};
     for (const auto& [key, value] : *keys) {
       const std::string key_place = fmt::format("{}:{}", file_name_, key.source().begin.line);
-      section.values().emplace(key.str(), convert(value, key_place, overflows));
+      section.values().emplace(
+          key.str(), convert(value, key_place, fmt::format("{}.{}", name.str(), key.str()), overflows));
     }
     sections_.emplace(name.str(), std::move(section));
   }
@@ -177,7 +179,7 @@ void SceneDocument::apply_override(const std::string& text) {
     if (key == one) values.erase(std::string(other));
     if (key == other) values.erase(std::string(one));
   }
-  const SceneValue value = parse_override(text.substr(equals + 1), place);
+  const SceneValue value = parse_override(text.substr(equals + 1), place, text.substr(0, equals));
   if (key == selector_of(section_name)) {
     const auto* choice = std::get_if<std::string>(&value.data);
     std::erase_if(values, [&](const auto& item) {

@@ -9,7 +9,7 @@ namespace anticrack {
 namespace {
 
 std::string sentence(std::string text) {
-  if (!text.ends_with('.')) text += '.';
+  if (!text.ends_with('.') && !text.ends_with('?')) text += '.';
   return text;
 }
 
