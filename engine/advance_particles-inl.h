@@ -24,13 +24,13 @@ namespace hn = hwy::HWY_NAMESPACE;
 template <class V>
 struct LaneSums {
   V speed_squared, max_speed_squared, max_compression, plastic_dissipation, yielded;
-  V tau[6], q, tau_J[6], J, elastic_energy;
+  V tau[6], q, tau_J[6], J, elastic_energy, plastic;
 };
 
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE LaneSums<V> zero_sums(D d) {
   const V z = hn::Zero(d);
-  return {z, z, z, z, z, {z, z, z, z, z, z}, z, {z, z, z, z, z, z}, z, z};
+  return {z, z, z, z, z, {z, z, z, z, z, z}, z, {z, z, z, z, z, z}, z, z, z};
 }
 
 template <class D, class V = hn::Vec<D>>
@@ -52,6 +52,7 @@ HWY_INLINE void reduce(D d, const LaneSums<V>& lanes, bool observe, ParticleSums
     sums.q = sum_lanes(d, lanes.q);
     sums.J = sum_lanes(d, lanes.J);
     sums.elastic_energy = sum_lanes(d, lanes.elastic_energy);
+    sums.plastic = sum_lanes(d, lanes.plastic);
   }
   out.add(sums);
 }
@@ -165,7 +166,7 @@ HWY_INLINE HenckyStrain<V> advance(D d, const StepConstants& c, const CellPolyno
 template <class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
 HWY_INLINE void scatter(D d, const StepConstants& c, const V (&place)[3], M active, const Batch<V>& b, const HenckyStrain<V>& strain,
                         Node* nodes, int stride_x, int stride_y, bool observe, LaneSums<V>& sums) {
-  const V zero = hn::Zero(d), two_mu = hn::Set(d, 2 * c.material.mu);
+  const V two_mu = hn::Set(d, 2 * c.material.mu);
   const V trace = hn::IfThenElseZero(active, strain.trace), norm = hn::IfThenElseZero(active, strain.norm);
   const V minus_p = hn::Set(d, c.material.bulk_modulus) * trace;
   const Symmetric<V>& dev = strain.deviator;
@@ -197,8 +198,8 @@ HWY_INLINE void scatter(D d, const StepConstants& c, const V (&place)[3], M acti
     sums.q = sums.q + q;
     sums.J = sums.J + J;
     sums.elastic_energy = sums.elastic_energy + energy_density(d, c.material, trace, norm);
+    sums.plastic = sums.plastic + hn::IfThenElseZero(hn::And(active, b.kappa > hn::Zero(d)), hn::Set(d, 1.0));
   }
-  (void)zero;
 }
 
 template <class D, class M = hn::Mask<D>>

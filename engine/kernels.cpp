@@ -144,6 +144,7 @@ void ParticleSums::add(const ParticleSums& other) {
   for (int e = 0; e < 6; ++e) tau_J[e] += other.tau_J[e];
   J += other.J;
   elastic_energy += other.elastic_energy;
+  plastic += other.plastic;
 }
 
 ParticlePointers::ParticlePointers(Particles& particles) : kappa(particles.kappa.size() ? particles.kappa.data() : nullptr) {

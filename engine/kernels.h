@@ -51,6 +51,7 @@ struct ParticleSums {
   double tau_J[6] = {};            ///< tau J [Pa], J = det F^E
   double J = 0;
   double elastic_energy = 0;       ///< psi, Eq. 6 [Pa]
+  double plastic = 0;              ///< particles with kappa > 0
 
   void add(const ParticleSums& other);
 };

@@ -122,6 +122,7 @@ ParticleSums Simulation::advance_strays(const StepConstants& c) {
   tbb::parallel_for(std::size_t(0), results.size(), [&](std::size_t n) {
     for (std::size_t i = n * chunk; i < std::min(strays_.size(), (n + 1) * chunk); ++i) {
       const Stray& stray = strays_[i];
+      if (stray.shift == Index3{}) continue;  // came home in the last step: it was advanced with its block
       const SparseGrid::Block& block = grid_.blocks()[stray.block];
       Node nodes[27];
       for (int k = 0; k < 27; ++k) {

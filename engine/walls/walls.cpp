@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -68,15 +69,20 @@ struct Walls::Reach {
   }
   bool holds(int node) const { return upper ? node >= last : node <= last; }
   bool touches_leaf(int origin) const { return holds(upper ? origin * block_edge + block_edge - 1 : origin * block_edge); }
-  /// (x_g - x_w) / (x_j - x_w)
-  double ratio(int node) const { return (node - X) / (mirror - X); }
+  /// Whether a particle inside reaches the node. Farther out only what has slipped through the wall does; extrapolation
+  /// would throw it away.
+  bool extrapolates(int node) const { return (upper ? node - X : X - node) <= 1.5; }
+  /// (x_g - x_w) / (x_j - x_w), times m_j / m_g where that is below one: behind a pore a nearly empty node j has a velocity
+  /// of any size, which must not be handed to a heavy ghost. In a solid m_j >= m_g.
+  double weight(int node, double mass, double mirror_mass) const {
+    return (node - X) / (mirror - X) * std::min(1.0, mirror_mass / mass);
+  }
 };
 
-/// Node (x, y, z) of the leaf reached from `leaf` by going along `axis` to coordinate `to`, or nullptr.
+/// The node at coordinate `to` along `axis`, level with `node` of `leaf` and at most a leaf away; nullptr if not active.
 static const Node* node_along(const SparseGrid& grid, std::uint32_t leaf, Index3 node, int axis, int to) {
-  const int target = to >> 2;
-  while (leaf != SparseGrid::none && grid.leaves()[leaf].origin[axis] != target)
-    leaf = grid.leaves()[leaf].neighbour[2 * axis + (grid.leaves()[leaf].origin[axis] < target)];
+  const int step = (to >> 2) - grid.leaves()[leaf].origin[axis];
+  if (step != 0) leaf = grid.leaves()[leaf].neighbour[2 * axis + (step > 0)];
   if (leaf == SparseGrid::none) return nullptr;
   node[axis] = to & 3;
   return &grid.leaves()[leaf].nodes[leaf_index(node[0], node[1], node[2])];
@@ -105,7 +111,7 @@ void Walls::constrain(SparseGrid& grid, double ramp, int axis, bool normal, Wall
         const int along = leaf.origin[axis] * block_edge + in_leaf[axis];
         Node& node = leaf.nodes[index];
         if (!r.holds(along) || node.mass <= 0) continue;
-        const Node* inside = rule_ == WallRule::ghost ? node_along(grid, near[n], in_leaf, axis, r.mirror) : nullptr;
+        const Node* inside = rule_ == WallRule::ghost && r.extrapolates(along) ? node_along(grid, near[n], in_leaf, axis, r.mirror) : nullptr;
         for (int c = 0; c < 3; ++c) {
           if (normal != (c == axis)) continue;
           // Velocity of the wall at this node: its own along the normal; along it, zero or that of the homogeneous gradient.
@@ -120,7 +126,7 @@ void Walls::constrain(SparseGrid& grid, double ramp, int axis, bool normal, Wall
           }
           const double v_wall = ramp * full;
           double target = v_wall;
-          if (inside && inside->mass > 0) target += (inside->velocity[c] - v_wall) * r.ratio(along);
+          if (inside && inside->mass > 0) target += (inside->velocity[c] - v_wall) * r.weight(along, node.mass, inside->mass);
           const double change = target - node.velocity[c];
           const double impulse = node.mass * change;
           parts[n].work += impulse * (node.velocity[c] + 0.5 * change);
