@@ -225,19 +225,4 @@ Mesh extract_surface(const SolidField& field) {
   return mesh;
 }
 
-std::vector<float> estimate_openness(const Mesh& mesh, const SolidField& field) {
-  std::vector<float> openness(mesh.position.size());
-  const float h = float(field.spacing());
-  tbb::parallel_for(std::size_t(0), openness.size(), [&](std::size_t i) {
-    float open = 1;
-    for (const float distance : {2.5f, 5.0f, 8.0f, 12.0f}) {
-      Point x;
-      for (std::size_t c = 0; c < 3; ++c) x[c] = mesh.position[i][c] + distance * h * mesh.normal[i][c];
-      open -= 0.2f * std::min(field.at(x).fraction, 1.0f);
-    }
-    openness[i] = open;
-  });
-  return openness;
-}
-
 }  // namespace anticrack
