@@ -14,15 +14,19 @@ bool is_internal(const std::string& name) {
          name == "is_local_space" || name == "vector_type" || name == "creator";
 }
 
-std::string list_metadata(const openvdb::MetaMap& metadata, std::string_view indent) {
+/// Leaves out what `known` says already.
+std::string list_metadata(const openvdb::MetaMap& metadata, const openvdb::MetaMap& known,
+                          std::string_view indent) {
   std::string text;
   for (auto it = metadata.beginMeta(); it != metadata.endMeta(); ++it) {
-    if (!is_internal(it->first)) text += fmt::format("{}{} = {}\n", indent, it->first, it->second->str());
+    const openvdb::Metadata::ConstPtr same = known[it->first];
+    if (is_internal(it->first) || (same && *same == *it->second)) continue;
+    text += fmt::format("{}{} = {}\n", indent, it->first, it->second->str());
   }
   return text;
 }
 
-std::string describe_grid(const openvdb::GridBase& grid) {
+std::string describe_grid(const openvdb::GridBase& grid, const openvdb::MetaMap& of_file) {
   std::string text = fmt::format("grid \"{}\": {}, {}\n", grid.getName(), grid.type(),
                                  openvdb::GridBase::gridClassToString(grid.getGridClass()));
   const openvdb::Vec3d voxel = grid.voxelSize();
@@ -36,7 +40,7 @@ std::string describe_grid(const openvdb::GridBase& grid) {
     const openvdb::Vec3i a = lower->value(), b = upper->value();
     text += fmt::format("  index box [{}, {}, {}] to [{}, {}, {}]\n", a[0], a[1], a[2], b[0], b[1], b[2]);
   }
-  return text + list_metadata(grid, "  ");
+  return text + list_metadata(grid, of_file, "  ");
 }
 
 }  // namespace
@@ -47,9 +51,10 @@ std::string describe_vdb(const std::filesystem::path& file) {
     openvdb::io::File stream(file.string());
     stream.open();
     std::string text = fmt::format("{}: OpenVDB file, format version {}\n", file.string(), stream.version());
-    if (const auto metadata = stream.getMetadata()) text += list_metadata(*metadata, "");
+    const openvdb::MetaMap::Ptr of_file = stream.getMetadata();
+    text += list_metadata(*of_file, {}, "");
     for (auto name = stream.beginName(); name != stream.endName(); ++name) {
-      text += describe_grid(*stream.readGridMetadata(name.gridName()));
+      text += describe_grid(*stream.readGridMetadata(name.gridName()), *of_file);
     }
     return text;
   } catch (const openvdb::Exception& error) {

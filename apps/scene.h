@@ -79,7 +79,7 @@ struct Scene : SampleScene {
 /// Reads a scene file (TOML). Files that it names are relative to it.
 /// @param overrides  "section.key=value" each, from --set
 /// @throws SceneError  naming line, key, value and what is allowed
-/// @throws FileError   the scene file cannot be read
+/// @throws FileError   the scene file is there, but cannot be read
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides = {});
 
 /// The same for a scene of which only the sample matters: other sections may be missing, but hold known keys.

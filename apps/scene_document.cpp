@@ -20,8 +20,11 @@ namespace {
 
 std::string read_text(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
+  if (!stream && errno == ENOENT) {
+    throw SceneError(fmt::format("{}: there is no such scene file.", file.string()));
+  }
   if (!stream)
-    throw FileError(fmt::format("{}: cannot read the scene: {}", file.string(), std::strerror(errno)));
+    throw FileError(fmt::format("{}: cannot read the scene: {}.", file.string(), std::strerror(errno)));
   std::string text{std::istreambuf_iterator<char>(stream), {}};
   if (stream.bad() || std::filesystem::is_directory(file)) {
     throw FileError(fmt::format("{}: cannot read the scene; expected a TOML file", file.string()));

@@ -35,7 +35,7 @@ class SceneDocument {
   /// replaces the
   ///   key and whatever in the file excludes it: --set loading.until=failure lifts until_strain, and
   ///   --set material.model=hencky lifts the keys of the other models.
-  /// @throws FileError   the file cannot be read
+  /// @throws FileError   the file is there, but cannot be read
   /// @throws SceneError  syntax, duplicate or unknown keys, keys that exclude each other
   SceneDocument(const std::filesystem::path& file, std::span<const std::string> overrides,
                 const SceneSchema& schema);

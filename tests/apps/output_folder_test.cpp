@@ -90,9 +90,9 @@ TEST(OutputFolder, IsRefusedWhereTheUserMayNotWrite) {
   const TemporaryFolder folder;
   fs::permissions(folder.path(), fs::perms(0555));
   const bool is_root = geteuid() == 0;
-  if (is_root) ASSERT_EQ(seteuid(65534), 0);  // root may write anywhere, nobody may not
+  ASSERT_EQ(seteuid(is_root ? 65534 : geteuid()), 0);  // root may write anywhere, nobody may not
   const std::string message = refusal(folder.path() / "run", ExistingFolder::refuse);
-  if (is_root) ASSERT_EQ(seteuid(0), 0);
+  ASSERT_EQ(seteuid(is_root ? 0 : geteuid()), 0);
   fs::permissions(folder.path(), fs::perms::owner_all);
   EXPECT_EQ(message, (folder.path() / "run").string() + ": cannot write to " + folder.path().string() +
                          ": Permission denied.");

@@ -262,8 +262,8 @@ TEST(SceneReader, SaysWhenThereIsNoSuchScene) {
   try {
     read_scene("/nowhere/scene.toml");
     FAIL();
-  } catch (const FileError& error) {
-    EXPECT_STREQ(error.what(), "/nowhere/scene.toml: cannot read the scene: No such file or directory");
+  } catch (const SceneError& error) {
+    EXPECT_STREQ(error.what(), "/nowhere/scene.toml: there is no such scene file.");
   }
 }
 

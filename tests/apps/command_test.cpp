@@ -1,0 +1,125 @@
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+
+#include "example_scene.h"
+#include "microstructure_io.h"
+#include "temporary_folder.h"
+
+namespace anticrack {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int status;
+  std::string text;  ///< stdout and stderr
+};
+
+/// Runs the command with these arguments.
+Outcome run(const std::string& arguments) {
+  std::FILE* pipe = popen((std::string(ANTICRACK_BINARY " ") + arguments + " 2>&1").c_str(), "r");
+  Outcome outcome{-1, {}};
+  std::array<char, 256> buffer;
+  while (std::fgets(buffer.data(), int(buffer.size()), pipe)) outcome.text += buffer.data();
+  const int status = pclose(pipe);
+  if (WIFEXITED(status)) outcome.status = WEXITSTATUS(status);
+  return outcome;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Command, TellsVersionAndHelp) {
+  EXPECT_EQ(run("--version").status, 0);
+  EXPECT_TRUE(run("--version").text.starts_with("anticrack "));
+  const Outcome help = run("generate --help");
+  EXPECT_EQ(help.status, 0);
+  EXPECT_TRUE(contains(help.text, "Examples:")) << help.text;
+}
+
+TEST(Command, ExitsWithTwoOnAWrongCommandLine) {
+  EXPECT_EQ(run("").status, 2);
+  const Outcome command = run("generat x");
+  EXPECT_EQ(command.status, 2);
+  EXPECT_TRUE(contains(command.text, "did you mean generate?")) << command.text;
+  const Outcome option = run("generate scene.toml -o a.vdb --theads=2");
+  EXPECT_EQ(option.status, 2);
+  EXPECT_TRUE(contains(option.text, "Did you mean --threads?")) << option.text;
+  EXPECT_EQ(run("generate").status, 2);
+  EXPECT_EQ(run("generate scene.toml -o a.vdb --threads=0").status, 2);
+}
+
+TEST(Command, RefusesAWrongSceneBeforeItWritesAnything) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.write("scene.toml", example_scene).string();
+  const fs::path output = folder.path() / "new/sample.vdb";
+  const Outcome outcome =
+      run("generate " + scene + " -o " + output.string() + " --set microstructure.solid_fraction=0");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.text,
+            "anticrack: --set microstructure.solid_fraction=0: microstructure.solid_fraction = 0; expected 0 "
+            "< phi <= "
+            "1.\n");
+  EXPECT_FALSE(fs::exists(output.parent_path()));
+}
+
+TEST(Command, RefusesAnEmptyMicrostructure) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.write("scene.toml", example_scene).string();
+  // At phi = 1e-9 the 2000 lattice points hold no solid.
+  const Outcome outcome = run("generate " + scene + " -o " + (folder.path() / "a.vdb").string() +
+                              " --set microstructure.solid_fraction=1e-9");
+  EXPECT_EQ(outcome.status, 2) << outcome.text;
+  EXPECT_FALSE(fs::exists(folder.path() / "a.vdb"));
+}
+
+TEST(Command, RefusesASampleLargerThanTheMemory) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.write("scene.toml", example_scene).string();
+  // The most points that a lattice may have; refused by any machine with less than 90 GB.
+  const Outcome outcome = run("generate " + scene + " -o " + (folder.path() / "a.vdb").string() +
+                              " --set sample.resolution=1290");
+  if (sysconf(_SC_PHYS_PAGES) * double(sysconf(_SC_PAGE_SIZE)) > 90e9) GTEST_SKIP() << "a large machine";
+  EXPECT_EQ(outcome.status, 2) << outcome.text;
+  EXPECT_TRUE(contains(outcome.text, "this machine has")) << outcome.text;
+}
+
+TEST(Command, GeneratesWhatInfoTellsAndDoesNotOverwriteIt) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.write("scene.toml", example_scene).string();
+  const fs::path output = folder.path() / "new/sample.vdb";
+  const std::string generate = "generate " + scene + " -o " + output.string();
+  ASSERT_EQ(run(generate).status, 0);
+  EXPECT_EQ(read_microstructure(output).lattice.points, (Index3{10, 20, 10}));
+
+  const Outcome again = run(generate);
+  EXPECT_EQ(again.status, 2);
+  EXPECT_TRUE(contains(again.text, "--force")) << again.text;
+  EXPECT_EQ(run(generate + " --force --quiet").text, "");
+
+  const Outcome info = run("info " + output.string());
+  EXPECT_EQ(info.status, 0);
+  EXPECT_TRUE(contains(info.text, "grid \"surface\"")) << info.text;
+  EXPECT_TRUE(contains(info.text, "seed = 1")) << info.text;
+}
+
+TEST(Command, ExitsWithFourOnADamagedFile) {
+  const TemporaryFolder folder;
+  const std::string file = folder.write("damaged.vdb", "this is no OpenVDB file").string();
+  const Outcome outcome = run("info " + file);
+  EXPECT_EQ(outcome.status, 4) << outcome.text;
+  EXPECT_TRUE(contains(outcome.text, file)) << outcome.text;
+}
+
+TEST(Command, TellsTheResolvedScene) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.write("scene.toml", example_scene).string();
+  EXPECT_TRUE(contains(run("info " + scene).text, "checkpoint_minutes = 10"));
+}
+
+}  // namespace
+}  // namespace anticrack
