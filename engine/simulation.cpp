@@ -5,13 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "errors.h"
 #include "time_step.h"
 
 namespace anticrack {
 
-Simulation::Simulation(const SimulationSetup& setup, std::span<const Vec3> positions)
+Simulation::Simulation(const SimulationSetup& setup)
     : setup_(setup),
       model_(model_of(setup.material, setup.numerics.return_mapping)),
       mass_(setup.material.density * setup.particle_volume),
@@ -21,9 +22,12 @@ Simulation::Simulation(const SimulationSetup& setup, std::span<const Vec3> posit
     if (setup.box_size[a] < 4 * setup.cell_size)
       throw InputError("sample box of " + std::to_string(setup.box_size[a] / setup.cell_size) +
                        " cells along an axis; expected at least 4, so that opposite walls do not act on the same nodes");
+}
+
+Simulation::Simulation(const SimulationSetup& setup, std::span<const Vec3> positions) : Simulation(setup) {
   place_particles(positions, setup.cell_size, Vec3(setup.numerics.grid_offset.data()), setup.material.plasticity.has_value(),
                   particles_, grid_, cells_);
-  scatter_particles();
+  scatter_particles({});
 }
 
 void Simulation::step(bool observe) {
@@ -93,13 +97,17 @@ void Simulation::advance_particles(double dt, bool observe) {
   scatter_strays(c, observe);
 }
 
-void Simulation::scatter_particles() {
+void Simulation::scatter_particles(std::span<const std::uint32_t> returned_strays) {
   const StepConstants c = constants(0);
   const ParticlePointers pointers(particles_);
   results_.assign(cells_.size(), {});
+  // A stray that came home in the last step was scattered among the strays; keep it there.
+  std::vector<double> place;
+  for (const std::uint32_t i : returned_strays) place.push_back(std::exchange(particles_.s[0][i], 2.0));
   tbb::parallel_for(std::size_t(0), cells_.size(), [&](std::size_t b) {
     kernels().scatter_block(model_, c, pointers, view_of(grid_, cells_, b), true, results_[b]);
   });
+  for (std::size_t n = 0; n < place.size(); ++n) particles_.s[0][returned_strays[n]] = place[n];
   sums_ = {};
   for (const BlockResult& result : results_) sums_.add(result.sums);
   collect_strays(results_);

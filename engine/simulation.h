@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "activation.h"
+#include "io/checkpoint.h"
 #include "kernels.h"
 #include "numerics.h"
 #include "particles.h"
@@ -44,6 +45,12 @@ class Simulation {
   /// @throws InputError
   Simulation(const SimulationSetup& setup, std::span<const Vec3> positions);
 
+  /// Continues from a checkpoint of the same setup, with the same bits. @throws FileError
+  Simulation(const SimulationSetup& setup, CheckpointReader& checkpoint);
+
+  /// Notes the whole state; the arrays are read when the writer writes.
+  void save(CheckpointWriter& checkpoint) const;
+
   /// One time step. With `observe` the sums of `observed()` are those of the new state.
   /// @throws NumericalError  naming step, time, particle and quantity
   void step(bool observe);
@@ -66,12 +73,13 @@ class Simulation {
   std::vector<Vec3> positions() const;              ///< [m], storage order
 
  private:
+  explicit Simulation(const SimulationSetup& setup);
   double flip_of_step(double dt) const;
   StepConstants constants(double dt) const;
   std::array<double, 2> update_grid_velocity(double dt);
   void sort_if_due();
   void advance_particles(double dt, bool observe);
-  void scatter_particles();
+  void scatter_particles(std::span<const std::uint32_t> returned_strays);
   void collect_strays(std::span<BlockResult> results);
   void scatter_strays(const StepConstants& c, bool observe);
   ParticleSums advance_strays(const StepConstants& c);

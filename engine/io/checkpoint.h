@@ -53,7 +53,13 @@ class CheckpointWriter {
   /// Copies one number. @throws InputError  if the name is taken
   template <CheckpointElement T>
   void add_value(std::string_view name, T value) {
-    const auto bytes = std::as_bytes(std::span(&value, 1));
+    add_copy<T>(name, std::span<const T>(&value, 1));
+  }
+
+  /// Copies a small array. @throws InputError  if the name is taken
+  template <CheckpointElement T>
+  void add_copy(std::string_view name, std::span<const T> values) {
+    const auto bytes = std::as_bytes(values);
     auto& kept = values_[std::string(name)];
     kept.assign(bytes.begin(), bytes.end());
     add_bytes(name, checkpoint_type_letter<T>, sizeof(T), kept);

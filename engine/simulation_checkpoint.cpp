@@ -1,0 +1,72 @@
+#include <string>
+
+#include "errors.h"
+#include "simulation.h"
+
+namespace anticrack {
+
+namespace {
+
+/// The arrays of doubles of a simulation by name.
+template <class Particles, class Visit>
+void for_each_array(Particles& particles, Visit visit) {
+  constexpr const char* axis[3] = {"x", "y", "z"};
+  constexpr const char* component[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
+  for (int a = 0; a < 3; ++a) visit(std::string("particle.s.") + axis[a], particles.s[a]);
+  for (int a = 0; a < 3; ++a) visit(std::string("particle.v.") + axis[a], particles.v[a]);
+  for (int e = 0; e < 6; ++e) visit(std::string("particle.h.") + component[e], particles.h[e]);
+  visit("particle.kappa", particles.kappa);
+}
+
+}  // namespace
+
+void Simulation::save(CheckpointWriter& out) const {
+  static_assert(sizeof(Ledger) % sizeof(double) == 0);
+  out.add_value("step", step_);
+  out.add_value("time", time_);
+  out.add_value("dt", dt_);
+  out.add_value("sort_debt", sort_debt_);
+  out.add_copy<double>("walls", walls_.positions());
+  out.add("ledger", std::span(reinterpret_cast<const double*>(&ledger_), sizeof(Ledger) / sizeof(double)));
+  for_each_array(particles_, [&](const std::string& name, const AlignedArray& array) {
+    out.add(name, std::span(array.data(), array.size()));
+  });
+  out.add("particle.id", std::span<const std::uint32_t>(particles_.id));
+  // Blocks as they are, those that only strays reach included, so that every sum keeps its order.
+  std::vector<std::int32_t> origins;
+  for (const SparseGrid::Block& block : grid_.blocks()) origins.insert(origins.end(), block.origin.begin(), block.origin.end());
+  out.add_copy<std::int32_t>("block.origin", origins);
+  out.add("block.cells", std::span<const std::uint32_t>(cells_.data()->data(), cells_.size() * std::tuple_size_v<CellRanges>));
+  std::vector<std::uint32_t> returned;
+  for (const Stray& stray : strays_)
+    if (stray.shift == Index3{}) returned.push_back(stray.particle);
+  out.add_copy<std::uint32_t>("returned_strays", returned);
+}
+
+Simulation::Simulation(const SimulationSetup& setup, CheckpointReader& in) : Simulation(setup) {
+  step_ = in.read_value<std::int64_t>("step");
+  time_ = in.read_value<double>("time");
+  dt_ = in.read_value<double>("dt");
+  std::array<double, 6> walls;
+  in.read<double>("walls", walls);
+  walls_.set_positions(walls);
+  in.read<double>("ledger", std::span(reinterpret_cast<double*>(&ledger_), sizeof(Ledger) / sizeof(double)));
+
+  particles_.id = in.read<std::uint32_t>("particle.id");
+  particles_.count = particles_.id.size();
+  for_each_array(particles_, [&](const std::string& name, AlignedArray& array) {
+    if (&array == &particles_.kappa && !setup.material.plasticity) return;
+    array = AlignedArray(particles_.count);
+    in.read<double>(name, std::span(array.data(), array.size()));
+  });
+  const auto origins = in.read<std::int32_t>("block.origin");
+  std::vector<Index3> blocks(origins.size() / 3);
+  for (std::size_t b = 0; b < blocks.size(); ++b) blocks[b] = {origins[3 * b], origins[3 * b + 1], origins[3 * b + 2]};
+  cells_.resize(blocks.size());
+  in.read<std::uint32_t>("block.cells", std::span(cells_.data()->data(), cells_.size() * std::tuple_size_v<CellRanges>));
+  grid_.set_blocks(blocks);
+  scatter_particles(in.read<std::uint32_t>("returned_strays"));
+  sort_debt_ = in.read_value<double>("sort_debt");
+}
+
+}  // namespace anticrack
