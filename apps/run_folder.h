@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/history.h"
+#include "observables/observer.h"
+#include "scene.h"
+#include "simulation.h"
+
+namespace anticrack {
+
+/// What a run leaves in its folder: scene.toml, provenance.json, history.csv, frames/, checkpoint/, result.json.
+class RunFolder {
+ public:
+  /// A new run: writes scene and provenance and starts the history.
+  RunFolder(const std::filesystem::path& folder, const Scene& scene, double spacing, int threads);
+
+  /// Goes on after a checkpoint: later rows of the history are dropped. @throws FileError
+  RunFolder(const std::filesystem::path& folder, const Scene& scene, double spacing, int threads, CheckpointReader& checkpoint);
+
+  void append(const HistoryRow& row) { history_->append(row); }
+
+  /// Writes a frame of the current state; kappa's increment counts from the frame before.
+  void write_frame(const Simulation& simulation);
+  int frames() const { return frames_; }  ///< written so far
+
+  /// Writes the state of simulation and observer, and keeps the last two checkpoints.
+  void write_checkpoint(const Simulation& simulation, const Observer& observer, double wall_seconds);
+  std::int64_t last_checkpoint() const { return last_checkpoint_; }  ///< step, or -1
+
+  const std::filesystem::path& path() const { return folder_; }
+
+ private:
+  std::filesystem::path folder_;
+  Output output_;
+  std::string scene_text_;
+  std::string label_;
+  double spacing_;
+  std::optional<HistoryWriter> history_;
+  int frames_ = 0;
+  double last_frame_time_ = 0;
+  std::vector<float> last_kappa_;  ///< by id
+  std::int64_t last_checkpoint_ = -1;
+};
+
+/// The checkpoint of `folder` to resume from: the newest that is whole and of this scene.
+/// @throws InputError  if it is of another scene. @throws FileError  if there is none
+CheckpointReader open_checkpoint(const std::filesystem::path& folder, const std::string& scene_text);
+
+}  // namespace anticrack
