@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <limits>
 
 namespace anticrack {
 namespace {
@@ -23,6 +24,10 @@ struct Seed {
 constexpr int steps = 32;
 constexpr double unit = 1.0 / steps;
 constexpr int largest_offset = 127;
+
+int square(int value) {
+  return value * value;
+}
 
 std::uint32_t pack(const Seed& seed) {
   const auto byte = [](int value) { return std::uint32_t(std::uint8_t(std::int8_t(value))); };
@@ -44,52 +49,47 @@ ClosestSeeds::ClosestSeeds(const PaddedField& field)
 }
 
 ClosestSeeds::Choice ClosestSeeds::at(int i, int j, int k) const {
-  const Neighbours near = neighbours(i, j, k, rings);
-  const Offset* first = near.nearest();
-  if (!first) return {};
+  constexpr std::array<Index3, 7> near = {Index3{0, 0, 0}, {-1, 0, 0}, {1, 0, 0}, {0, -1, 0},
+                                          {0, 1, 0},       {0, 0, -1}, {0, 0, 1}};
+  std::array<Offset, near.size()> offsets;
+  int count = 0;
+  for (const Index3& step : near)
+    if (const auto offset = neighbour({i, j, k}, step, rings)) offsets[count++] = *offset;
+  if (count == 0) return {};
+
+  const auto end = offsets.begin() + count;
+  const Offset& first = *std::min_element(
+      offsets.begin(), end, [](const Offset& a, const Offset& b) { return a.squared < b.squared; });
   const auto position = [&](const Offset& offset) {
     return Vec3(i + unit * offset.way[0], j + unit * offset.way[1], k + unit * offset.way[2]);
   };
-  Choice choice = {position(*first), std::nullopt};
+  Choice choice = {position(first), std::nullopt};
 
   // Another sheet of the surface may prove nearer after all.
-  constexpr double apart = 1.5 * steps, slack = 0.4 * steps;
-  const double reach = std::sqrt(double(first->squared)) + slack;
-  const Offset* second = nullptr;
-  for (const Offset& offset : near) {
-    if (offset.squared > reach * reach || (second && offset.squared >= second->squared)) continue;
-    double gap = 0.0;
-    for (int axis = 0; axis < 3; ++axis)
-      gap += double(offset.way[axis] - first->way[axis]) * (offset.way[axis] - first->way[axis]);
-    if (gap > apart * apart) second = &offset;
+  constexpr int apart = 3 * steps / 2;
+  constexpr double slack = 0.4 * steps;
+  const double reach = std::sqrt(double(first.squared)) + slack;
+  double least = reach * reach;
+  for (auto offset = offsets.begin(); offset != end; ++offset) {
+    int gap = 0;
+    for (int axis = 0; axis < 3; ++axis) gap += square(offset->way[axis] - first.way[axis]);
+    if (gap > apart * apart && offset->squared < least)
+      least = offset->squared, choice.second = position(*offset);
   }
-  if (second) choice.second = position(*second);
   return choice;
 }
 
-ClosestSeeds::Neighbours ClosestSeeds::neighbours(int i, int j, int k, int last_ring) const {
-  Index3 lower, upper;
-  const Index3 centre = {i, j, k};
-  for (int axis = 0; axis < 3; ++axis) {
-    lower[axis] = std::max(centre[axis] - 1, -padding);
-    upper[axis] = std::min(centre[axis] + 1, points_[axis] + padding - 1);
-  }
-  Neighbours result;
-  for (int nk = lower[2]; nk <= upper[2]; ++nk) {
-    for (int nj = lower[1]; nj <= upper[1]; ++nj) {
-      const std::size_t row = layout_.offset(0, nj, nk);
-      for (int ni = lower[0]; ni <= upper[0]; ++ni) {
-        const std::uint32_t word = load(row + ni);
-        if (word == 0) continue;
-        const Seed seed = unpack(word);
-        if (seed.ring > last_ring) continue;
-        const Index3 way = {seed.offset[0] + steps * (ni - i), seed.offset[1] + steps * (nj - j),
-                            seed.offset[2] + steps * (nk - k)};
-        result.offsets[result.count++] = {way, way[0] * way[0] + way[1] * way[1] + way[2] * way[2]};
-      }
-    }
-  }
-  return result;
+std::optional<ClosestSeeds::Offset> ClosestSeeds::neighbour(const Index3& point, const Index3& step,
+                                                            int last_ring) const {
+  const Index3 at = {point[0] + step[0], point[1] + step[1], point[2] + step[2]};
+  for (int axis = 0; axis < 3; ++axis)
+    if (at[axis] < -padding || at[axis] >= points_[axis] + padding) return std::nullopt;
+  const std::uint32_t word = load(layout_.offset(at[0], at[1], at[2]));
+  const Seed seed = unpack(word);
+  if (word == 0 || seed.ring > last_ring) return std::nullopt;
+  const Index3 way = {seed.offset[0] + steps * step[0], seed.offset[1] + steps * step[1],
+                      seed.offset[2] + steps * step[2]};
+  return Offset{way, square(way[0]) + square(way[1]) + square(way[2])};
 }
 
 // Lattice points of the box with a neighbour on the other side of the surface. They step along the gradient,
@@ -139,11 +139,15 @@ void ClosestSeeds::grow_ring(int ring) {
       for (int i = -padding; i < points_[0] + padding; ++i) {
         const std::size_t offset = layout_.offset(i, j, k);
         if (load(offset) != 0) continue;
-        const Neighbours near = neighbours(i, j, k, ring - 1);
-        const Offset* first = near.nearest();
-        if (!first || std::ranges::any_of(first->way, [](int w) { return std::abs(w) > largest_offset; }))
-          continue;
-        std::atomic_ref(packed_[offset]).store(pack({first->way, ring}), std::memory_order_relaxed);
+        Offset best{{}, std::numeric_limits<int>::max()};
+        for (int dk = -1; dk <= 1; ++dk)
+          for (int dj = -1; dj <= 1; ++dj)
+            for (int di = -1; di <= 1; ++di)
+              if (const auto seed = neighbour({i, j, k}, {di, dj, dk}, ring - 1);
+                  seed && seed->squared < best.squared)
+                best = *seed;
+        if (best.squared > square(largest_offset)) continue;
+        std::atomic_ref(packed_[offset]).store(pack({best.way, ring}), std::memory_order_relaxed);
       }
     }
   });

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -24,7 +22,7 @@ class ClosestSeeds {
     std::optional<Vec3> second;  ///< one elsewhere on the surface that is hardly farther
   };
 
-  /// Of the seeds of (i, j, k) and its 26 neighbours, index space.
+  /// Of the seeds of (i, j, k) and its six neighbours, index space.
   Choice at(int i, int j, int k) const;
 
  private:
@@ -32,21 +30,10 @@ class ClosestSeeds {
     Index3 way;   // from a lattice point to a seed, in the unit of `packed_`
     int squared;  // its length squared
   };
-  struct Neighbours {
-    std::array<Offset, 27> offsets;
-    int count = 0;
-
-    const Offset* begin() const { return offsets.data(); }
-    const Offset* end() const { return offsets.data() + count; }
-    const Offset* nearest() const {
-      const auto closer = [](const Offset& a, const Offset& b) { return a.squared < b.squared; };
-      return count == 0 ? nullptr : std::min_element(begin(), end(), closer);
-    }
-  };
 
   void start_ring(const PaddedField& field);
   void grow_ring(int ring);
-  Neighbours neighbours(int i, int j, int k, int last_ring) const;
+  std::optional<Offset> neighbour(const Index3& point, const Index3& step, int last_ring) const;
   std::uint32_t load(std::size_t offset) const;
 
   Index3 points_;

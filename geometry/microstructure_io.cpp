@@ -7,7 +7,6 @@
 
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <system_error>
 
@@ -34,10 +33,101 @@ auto with_file_errors(const fs::path& file, const char* action, Body body) {
     return body();
   } catch (const FileError&) {
     throw;
+  } catch (const std::ios_base::failure&) {
+    throw FileError(fmt::format("{}: cannot {}: the file is damaged or cut short", file.string(), action));
   } catch (const std::exception& error) {
     throw FileError(fmt::format("{}: cannot {}: {}", file.string(), action, error.what()));
   }
 }
+
+bool is_level_set_of_reals(const openvdb::GridBase& grid) {
+  return grid.getGridClass() == openvdb::GRID_LEVEL_SET &&
+         (grid.valueType() == "float" || grid.valueType() == "double");
+}
+
+// openvdb::io::File does not look at the state of its stream: a full disk passes unnoticed and a file cut
+// short reads as anything, at any size. This archive works on streams that throw.
+class StrictArchive : public openvdb::io::Archive {
+ public:
+  static void write_file(const fs::path& file, const openvdb::GridCPtrVec& grids,
+                         const openvdb::MetaMap& metadata) {
+    std::ofstream stream;
+    stream.exceptions(std::ios::failbit | std::ios::badbit);
+    try {
+      stream.open(file, std::ios::binary);
+      StrictArchive().write(stream, grids, /*seekable=*/true, metadata);
+      stream.close();
+    } catch (const std::ios_base::failure&) {
+      throw std::system_error(errno, std::generic_category());
+    }
+  }
+
+  // The level set named `surface`, else the first.
+  static openvdb::GridBase::Ptr read_level_set(const fs::path& file) {
+    std::ifstream stream;
+    stream.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+    stream.open(file, std::ios::binary);
+    StrictArchive archive;
+    const std::vector<Entry> entries = archive.read_entries(stream);
+    const Entry* chosen = nullptr;
+    std::string found;
+    for (const Entry& entry : entries) {
+      found += fmt::format("{}'{}' ({}, {})", found.empty() ? "" : ", ", entry.descriptor.gridName(),
+                           entry.grid->valueType(),
+                           openvdb::GridBase::gridClassToString(entry.grid->getGridClass()));
+      if (!is_level_set_of_reals(*entry.grid)) continue;
+      if (!chosen || (entry.descriptor.gridName() == "surface" && chosen->descriptor.gridName() != "surface"))
+        chosen = &entry;
+    }
+    if (!chosen)
+      throw FileError(fmt::format("{}: no level set of float or double values; grids found: {}",
+                                  file.string(), found.empty() ? "none" : found));
+    if (archive.inputHasGridOffsets()) archive.read_values(stream, *chosen, entries);
+    return chosen->grid;
+  }
+
+ private:
+  struct Entry {
+    openvdb::io::GridDescriptor descriptor;
+    openvdb::GridBase::Ptr grid;
+  };
+
+  // All grids with their metadata; with their values too where the file has no offsets to skip them by.
+  std::vector<Entry> read_entries(std::istream& stream) {
+    readHeader(stream);
+    setFormatVersion(stream);
+    setLibraryVersion(stream);
+    setDataCompression(stream);
+    openvdb::MetaMap().readMeta(stream);
+    std::vector<Entry> entries;
+    for (std::int32_t count = readGridCount(stream); count > 0; --count) {
+      Entry& entry = entries.emplace_back();
+      entry.grid = entry.descriptor.read(stream);
+      if (inputHasGridOffsets()) {
+        entry.descriptor.seekToGrid(stream);
+        readGridCompression(stream);
+        entry.grid->readMeta(stream);
+        entry.descriptor.seekToEnd(stream);
+      } else {
+        readGrid(entry.grid, entry.descriptor, stream);
+      }
+    }
+    return entries;
+  }
+
+  // A grid whose tree is another grid's is written without it.
+  void read_values(std::istream& stream, const Entry& entry, const std::vector<Entry>& entries) {
+    NamedGridMap grids;
+    for (const Entry& other : entries) {
+      const openvdb::Name& name = other.descriptor.uniqueName();
+      if (name != entry.descriptor.uniqueName() && name != entry.descriptor.instanceParentName()) continue;
+      other.descriptor.seekToGrid(stream);
+      readGrid(other.grid, other.descriptor, stream);
+      grids[name] = other.grid;
+    }
+    connectInstance(entry.descriptor, grids);
+  }
+};
 
 openvdb::MetaMap to_openvdb(const Microstructure& structure) {
   openvdb::MetaMap map;
@@ -65,29 +155,6 @@ void flush_to_disk(const fs::path& file) {
   const int failed = ::fsync(descriptor), reason = errno;
   ::close(descriptor);
   if (failed) throw std::system_error(reason, std::generic_category(), "fsync");
-}
-
-bool is_level_set_of_reals(const openvdb::GridBase& grid) {
-  return grid.getGridClass() == openvdb::GRID_LEVEL_SET &&
-         (grid.valueType() == "float" || grid.valueType() == "double");
-}
-
-// Name of the grid to read: `surface`, else the first level set.
-std::string choose_grid(openvdb::io::File& stream, const fs::path& file) {
-  std::string found, first;
-  for (auto name = stream.beginName(); name != stream.endName(); ++name) {
-    const auto grid = stream.readGridMetadata(*name);
-    if (is_level_set_of_reals(*grid)) {
-      if (*name == "surface") return *name;
-      if (first.empty()) first = *name;
-    }
-    found += fmt::format("{}'{}' ({}, {})", found.empty() ? "" : ", ", *name, grid->valueType(),
-                         openvdb::GridBase::gridClassToString(grid->getGridClass()));
-  }
-  if (first.empty())
-    throw FileError(fmt::format("{}: no level set of float or double values; grids found: {}", file.string(),
-                                found.empty() ? "none" : found));
-  return first;
 }
 
 openvdb::FloatGrid::Ptr to_float(const openvdb::GridBase::Ptr& grid) {
@@ -164,13 +231,6 @@ void infer_sample_box(const openvdb::FloatGrid& grid, const fs::path& file, Micr
   structure.metadata["solid_fraction_achieved"] = structure.solid_fraction();
 }
 
-openvdb::FloatGrid::Ptr read_grid(const fs::path& file) {
-  openvdb::io::File stream(file.string());
-  stream.setCopyMaxBytes(0);
-  stream.open(/*delayLoad=*/false);
-  return to_float(stream.readGrid(choose_grid(stream, file)));
-}
-
 }  // namespace
 
 void write_microstructure(const Microstructure& structure, const fs::path& file) {
@@ -181,9 +241,8 @@ void write_microstructure(const Microstructure& structure, const fs::path& file)
       const auto grid = structure.surface->grid->deepCopyGrid();
       for (auto entry = metadata.beginMeta(); entry != metadata.endMeta(); ++entry)
         grid->insertMeta(entry->first, *entry->second);
-      openvdb::io::File(temporary.string()).write({grid}, metadata);
+      StrictArchive::write_file(temporary, {grid}, metadata);
       flush_to_disk(temporary);
-      read_grid(temporary);  // OpenVDB does not notice a full disk
       fs::rename(temporary, file);
     } catch (...) {
       std::error_code ignored;
@@ -197,10 +256,17 @@ Microstructure read_microstructure(const fs::path& file) {
   if (!fs::exists(file)) throw FileError(fmt::format("{}: no such file", file.string()));
   return with_file_errors(file, "read", [&] {
     Microstructure structure;
-    const auto grid = read_grid(file);
+    const auto grid = to_float(StrictArchive::read_level_set(file));
     structure.surface = std::make_shared<LevelSet>(LevelSet{grid});
     structure.metadata = read_metadata(*grid);
-    if (!read_own_metadata(*grid, structure)) infer_sample_box(*grid, file, structure);
+    if (!read_own_metadata(*grid, structure)) {
+      infer_sample_box(*grid, file, structure);
+    } else if (const std::size_t found = seed_particles(structure, structure.lattice).size();
+               found != structure.solid_points) {
+      throw FileError(
+          fmt::format("{}: {} solid lattice points where its metadata says {}; the file is damaged",
+                      file.string(), found, structure.solid_points));
+    }
     return structure;
   });
 }

@@ -1,0 +1,184 @@
+#include "microstructure_io.h"
+
+#include <gtest/gtest.h>
+#include <openvdb/tools/LevelSetSphere.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <iterator>
+
+#include "errors.h"
+#include "level_set.h"
+
+namespace anticrack {
+namespace {
+
+namespace fs = std::filesystem;
+
+class MicrostructureFile : public testing::Test {
+ protected:
+  MicrostructureFile()
+      : folder_(fs::path(testing::TempDir()) / ("anticrack_vdb_" + std::to_string(::getpid()))) {
+    openvdb::initialize();
+    fs::create_directories(folder_);
+  }
+  ~MicrostructureFile() override { fs::remove_all(folder_); }
+
+  fs::path path(const std::string& name) const { return folder_ / name; }
+
+  fs::path write(const std::string& name, const openvdb::GridCPtrVec& grids) const {
+    openvdb::io::File(path(name).string()).write(grids);
+    return path(name);
+  }
+
+  static std::string error_of(const fs::path& file) {
+    try {
+      read_microstructure(file);
+    } catch (const FileError& error) {
+      return error.what();
+    }
+    return {};
+  }
+
+ private:
+  fs::path folder_;
+};
+
+template <class Grid>
+typename Grid::Ptr sphere(const std::string& name) {
+  auto grid = openvdb::tools::createLevelSetSphere<Grid>(0.3f, openvdb::Vec3f(2.003f, 1.007f, 0.511f), 0.02f);
+  grid->setName(name);
+  return grid;
+}
+
+Microstructure small_structure() {
+  return generate_microstructure({{20, 24, 18}, 0.05}, {200, 2, 50, 18446744073709551615ull}, 0.4,
+                                 ThresholdRule::exact);
+}
+
+TEST_F(MicrostructureFile, RoundTripKeepsEverything) {
+  const Microstructure written = small_structure();
+  write_microstructure(written, path("s.vdb"));
+  const Microstructure read = read_microstructure(path("s.vdb"));
+  EXPECT_EQ(read.lattice.points, written.lattice.points);
+  EXPECT_EQ(read.lattice.spacing, written.lattice.spacing);
+  EXPECT_EQ(read.origin, written.origin);
+  EXPECT_EQ(read.solid_points, written.solid_points);
+  for (const auto& [key, value] : written.metadata) {
+    ASSERT_TRUE(read.metadata.contains(key)) << key;
+    EXPECT_EQ(read.metadata.at(key), value) << key;
+  }
+  EXPECT_EQ(std::get<std::string>(read.metadata.at("seed")), "18446744073709551615");
+  EXPECT_TRUE(read.metadata.contains("anticrack_version"));
+
+  auto a = written.surface->grid->cbeginValueAll();
+  auto b = read.surface->grid->cbeginValueAll();
+  for (; a && b; ++a, ++b) ASSERT_EQ(*a, *b);
+  EXPECT_FALSE(a || b);
+  EXPECT_EQ(seed_particles(read, read.lattice), seed_particles(written, written.lattice));
+
+  std::size_t files = std::distance(fs::directory_iterator(path("")), fs::directory_iterator());
+  EXPECT_EQ(files, 1u);  // no temporary is left
+}
+
+TEST_F(MicrostructureFile, MetadataIsInTheHeaderOfTheFileToo) {
+  write_microstructure(small_structure(), path("s.vdb"));
+  openvdb::io::File file(path("s.vdb").string());
+  file.open();
+  const auto metadata = file.getMetadata();
+  EXPECT_EQ(metadata->metaValue<double>("solid_fraction"), 0.4);
+  EXPECT_EQ(metadata->metaValue<openvdb::Vec3i>("lattice_points"), openvdb::Vec3i(20, 24, 18));
+}
+
+TEST_F(MicrostructureFile, ReadsLevelSetsFromElsewhere) {
+  for (bool doubles : {false, true}) {
+    openvdb::GridBase::Ptr grid;
+    if (doubles)
+      grid = sphere<openvdb::DoubleGrid>("rock");
+    else
+      grid = sphere<openvdb::FloatGrid>("rock");
+    grid->setSaveFloatAsHalf(!doubles);
+    const Microstructure structure = read_microstructure(write("foreign.vdb", {grid}));
+    EXPECT_FLOAT_EQ(structure.lattice.spacing, 0.02f);
+    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(structure.lattice.points[axis], 30, 1);
+    EXPECT_NEAR(structure.origin[0], 1.7, 0.021);
+    EXPECT_NEAR(structure.origin[1], 0.7, 0.021);
+    EXPECT_NEAR(structure.origin[2], 0.2, 0.021);
+    // A ball of 15 voxels radius by counting voxels: 0.3 %, and the half precision of the sign at the
+    // surface.
+    EXPECT_NEAR(double(structure.solid_points), 4.0 / 3 * M_PI * 15 * 15 * 15, 0.01 * structure.solid_points);
+    EXPECT_EQ(seed_particles(structure, structure.lattice).size(), structure.solid_points);
+    EXPECT_EQ(std::get<std::string>(structure.metadata.at("source")), "vdb");
+  }
+}
+
+TEST_F(MicrostructureFile, PrefersTheGridNamedSurface) {
+  auto other = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(0.1f, openvdb::Vec3f(0.0f), 0.02f);
+  other->setName("a");
+  EXPECT_GT(
+      read_microstructure(write("two.vdb", {other, sphere<openvdb::FloatGrid>("surface")})).solid_points,
+      10000u);
+  EXPECT_LT(read_microstructure(write("two.vdb", {other, sphere<openvdb::FloatGrid>("z")})).solid_points,
+            1000u);
+}
+
+TEST_F(MicrostructureFile, WithoutALevelSetNamesTheGridsFound) {
+  auto fog = openvdb::FloatGrid::create();
+  fog->setName("density");
+  fog->setGridClass(openvdb::GRID_FOG_VOLUME);
+  auto vectors = openvdb::Vec3SGrid::create();
+  vectors->setName("wind");
+  const std::string message = error_of(write("fog.vdb", {fog, vectors}));
+  EXPECT_NE(message.find("fog.vdb"), std::string::npos) << message;
+  EXPECT_NE(message.find("'density' (float, fog volume)"), std::string::npos) << message;
+  EXPECT_NE(message.find("'wind'"), std::string::npos) << message;
+}
+
+TEST_F(MicrostructureFile, WithoutSolidIsRefused) {
+  auto empty = openvdb::FloatGrid::create(1.0f);
+  empty->setGridClass(openvdb::GRID_LEVEL_SET);
+  EXPECT_NE(error_of(write("empty.vdb", {empty})).find("no solid"), std::string::npos);
+  auto inverted = openvdb::FloatGrid::create(-1.0f);
+  inverted->setGridClass(openvdb::GRID_LEVEL_SET);
+  EXPECT_NE(error_of(write("inverted.vdb", {inverted})).find("background"), std::string::npos);
+}
+
+TEST_F(MicrostructureFile, ReadingOtherFilesIsRefusedByName) {
+  EXPECT_NE(error_of(path("missing.vdb")).find("no such file"), std::string::npos);
+  std::ofstream(path("text.vdb")) << "no volume at all";
+  EXPECT_NE(error_of(path("text.vdb")).find("text.vdb"), std::string::npos);
+  std::ofstream(path("nothing.vdb")).flush();
+  EXPECT_NE(error_of(path("nothing.vdb")).find("nothing.vdb"), std::string::npos);
+  EXPECT_NE(error_of(path("")).find("anticrack_vdb"), std::string::npos);  // a folder
+}
+
+TEST_F(MicrostructureFile, CutOffAnywhereIsAnError) {
+  write_microstructure(full_block({{6, 6, 6}, 1.0}), path("whole.vdb"));
+  std::ifstream stream(path("whole.vdb"), std::ios::binary);
+  const std::string whole{std::istreambuf_iterator<char>(stream), {}};
+  for (std::size_t length = 0; length < whole.size(); length += 1 + length / 20) {
+    std::ofstream(path("cut.vdb"), std::ios::binary) << whole.substr(0, length);
+    EXPECT_FALSE(error_of(path("cut.vdb")).empty()) << length << " of " << whole.size() << " bytes";
+  }
+}
+
+TEST_F(MicrostructureFile, FailedWriteLeavesTheOldFile) {
+  write_microstructure(full_block({{6, 6, 6}, 1.0}), path("s.vdb"));
+  const auto size = fs::file_size(path("s.vdb"));
+  rlimit before;
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{4096, before.rlim_max};  // the system refuses to write more, as it does on a full disk
+  ::setrlimit(RLIMIT_FSIZE, &small);
+  EXPECT_THROW(write_microstructure(small_structure(), path("s.vdb")), FileError);
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(fs::file_size(path("s.vdb")), size);
+  EXPECT_EQ(std::distance(fs::directory_iterator(path("")), fs::directory_iterator()), 1);
+  EXPECT_THROW(write_microstructure(small_structure(), path("no/such/folder/s.vdb")), FileError);
+}
+
+}  // namespace
+}  // namespace anticrack
