@@ -7,6 +7,7 @@
 
 #include "embedded_assets.h"
 #include "errors.h"
+#include "ticks.h"
 
 namespace anticrack {
 
@@ -126,60 +127,63 @@ double ColorScale::position(double value) const {
   return std::min(std::log(value / low) / std::log(high / low), 1.0);
 }
 
-ColorScale choose_scale(std::span<const std::span<const float>> values, const ScaleRequest& request) {
+ScaleChooser::ScaleChooser(const ScaleRequest& request)
+    : request_(request),
+      smallest_(INFINITY),
+      largest_(-INFINITY),
+      low_(request.logarithmic ? INFINITY : 0),
+      high_(0) {
   if (!(request.percentile > 0 && request.percentile <= 100)) {
-    throw InputError("percentile = " + std::to_string(request.percentile) +
-                     "; expected 0 < percentile <= 100");
+    throw InputError("percentile = " + number_label(request.percentile) + "; expected 0 < percentile <= 100");
   }
-  ColorScale scale;
-  scale.map = request.is_signed ? &ColorMap::sign() : &ColorMap::strain();
-  scale.logarithmic = request.logarithmic;
-  const auto [fixed_low, fixed_high] = request.fixed;
-  double smallest = INFINITY;
-  double largest = -INFINITY;
-  if (fixed_high > fixed_low) {
-    scale.low = fixed_low;
-    scale.high = fixed_high;
-    if (scale.logarithmic && !(scale.low > 0)) {
-      throw InputError("range = " + std::to_string(fixed_low) + ", " + std::to_string(fixed_high) +
-                       "; a logarithmic scale needs a positive low end");
-    }
+  if (request.logarithmic && request.is_signed) {
+    throw InputError("logarithmic scale: expected a quantity without sign");
   }
+  if (!request.fixed) return;
+  const auto [low, high] = *request.fixed;
+  if (!(high > low) || !std::isfinite(high - low)) {
+    throw InputError("range = " + number_label(low) + ", " + number_label(high) + "; expected low < high");
+  }
+  if (request.logarithmic && !(low > 0)) {
+    throw InputError("range = " + number_label(low) + ", " + number_label(high) +
+                     "; a logarithmic scale needs a positive low end");
+  }
+}
 
-  // A series shares the widest of its frames' percentiles: the mean over frames would clip the last ones.
-  double high = 0;
-  double low = 0;
-  double low_positive = INFINITY;
-  for (const auto& set : values) {
-    std::vector<float> kept;
-    kept.reserve(set.size());
-    for (float v : set) {
-      smallest = std::min(smallest, double(v));
-      largest = std::max(largest, double(v));
-      const float measure = request.is_signed ? std::abs(v) : v;
-      if (!scale.logarithmic || measure > 0) kept.push_back(measure);
-    }
-    if (kept.empty()) continue;
-    high = std::max(high, percentile_of(kept, request.percentile));
-    low = std::min(low, percentile_of(kept, 100 - request.percentile));
-    if (scale.logarithmic)
-      low_positive = std::min(low_positive, percentile_of(kept, 100 - request.percentile));
+void ScaleChooser::include(std::span<const float> values) {
+  std::vector<float> kept;
+  kept.reserve(values.size());
+  for (const float v : values) {
+    smallest_ = std::min(smallest_, double(v));
+    largest_ = std::max(largest_, double(v));
+    const float measure = request_.is_signed ? std::abs(v) : v;
+    if (!request_.logarithmic || measure > 0) kept.push_back(measure);
   }
-  if (!(fixed_high > fixed_low)) {
-    scale.high = rounded(high, high > 0);
-    scale.low = request.is_signed ? -scale.high : rounded(low, low < 0);
+  if (kept.empty() || request_.fixed) return;
+  high_ = std::max(high_, percentile_of(kept, request_.percentile));
+  low_ = std::min(low_, percentile_of(kept, 100 - request_.percentile));
+}
+
+ColorScale ScaleChooser::choose() const {
+  ColorScale scale;
+  scale.map = request_.is_signed ? &ColorMap::sign() : &ColorMap::strain();
+  scale.logarithmic = request_.logarithmic;
+  if (request_.fixed) {
+    scale.low = (*request_.fixed)[0];
+    scale.high = (*request_.fixed)[1];
+  } else {
+    scale.high = rounded(high_, high_ > 0);
+    scale.low = request_.is_signed ? -scale.high : rounded(low_, low_ < 0);
     if (scale.logarithmic) {
-      if (!(high > 0) || request.is_signed) {
-        throw InputError("logarithmic scale: expected a quantity without sign that has positive values");
-      }
-      scale.low = rounded(std::max(low_positive, 1e-4 * high), false);
+      if (!(high_ > 0)) throw InputError("logarithmic scale: no value is positive");
+      scale.low = rounded(std::max(low_, 1e-4 * high_), false);
     }
     // A quantity that is the same everywhere still needs a bar of some width.
     if (!(scale.high > scale.low)) scale.high = scale.low + (scale.low != 0 ? std::abs(scale.low) : 1);
   }
-  // Zeros under a logarithmic bar are "below" by nature, not clipped data.
-  scale.clipped_low = smallest < scale.low && !scale.logarithmic;
-  scale.clipped_high = largest > scale.high;
+  // What lies below a logarithmic bar is mostly zeros: small by nature, not cut off.
+  scale.clipped_low = smallest_ < scale.low && !scale.logarithmic;
+  scale.clipped_high = largest_ > scale.high;
   return scale;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -42,15 +43,29 @@ struct ColorScale {
 struct ScaleRequest {
   bool is_signed = false;
   bool logarithmic = false;
-  double percentile = 99.5;           ///< of |value| (signed) or value; in (0, 100]
-  std::array<double, 2> fixed{0, 0};  ///< low, high; used where high > low
+  double percentile = 99.5;                      ///< of |value| (signed) or value; in (0, 100]
+  std::optional<std::array<double, 2>> fixed{};  ///< low, high
 };
 
-/// Range over all given sets of values (one a frame). Not signed: from min(0, smallest) to the percentile;
-/// logarithmic: the low end is the (100 - percentile) percentile of the positive values, at most four decades
-/// below the high end.
-/// @throws InputError  for a percentile or fixed range out of bounds, or a logarithmic scale without positive
-/// values
-ColorScale choose_scale(std::span<const std::span<const float>> values, const ScaleRequest& request);
+/// Finds the scale of a series: include the values of every frame, then choose.
+///
+/// Not signed: from min(0, low percentile) to the percentile, the widest of all frames; signed: symmetric
+/// about zero. Logarithmic: the low end is the (100 - percentile) percentile of the positive values, at most
+/// four decades below the high end. Ends that are not fixed are rounded outwards to two digits, so that the
+/// bar ends at numbers one can read.
+class ScaleChooser {
+ public:
+  /// @throws InputError  for a percentile or fixed range out of bounds, or a signed quantity on a logarithmic
+  /// scale
+  explicit ScaleChooser(const ScaleRequest& request);
+  void include(std::span<const float> values);
+  /// @throws InputError  for a logarithmic scale without positive values
+  ColorScale choose() const;
+
+ private:
+  ScaleRequest request_;
+  double smallest_, largest_;  ///< of all values
+  double low_, high_;          ///< widest percentiles
+};
 
 }  // namespace anticrack

@@ -11,9 +11,9 @@
 
 namespace anticrack {
 
-/// Fast picture of the same scene as EmbreeScene's, rasterized by OSMesa: same camera, colours and light,
-/// with an estimate of the occlusion in place of traced shadows. Four samples a pixel.
-/// @param openness  one a vertex, from `estimate_openness`
+/// Fast picture of the same scene as EmbreeScene's, rasterized by OSMesa: same camera and colours, light
+/// from `QuickLight` in place of traced rays. Four samples a pixel.
+/// @param light  one a vertex
 /// @throws FileError, InputError  as `make_osmesa_context`
 Image preview_surface(const Mesh& mesh, const PointLight& light, const Camera& camera,
                       const ColorScale& scale, const std::optional<CutSection>& cut = {});

@@ -49,14 +49,17 @@ QuickLight::QuickLight(const SolidField& field, const std::optional<CutPlane>& c
   }
 
   std::vector<float> solid(std::size_t(count_[0]) * std::size_t(count_[1]) * std::size_t(count_[2]), 0);
+  const float h = float(field.spacing());
   const float share = 1 / float(nodes * nodes * nodes);
   for (const auto& block : field.blocks()) {
     for (int n = 0; n < SolidField::nodes; ++n) {
       const float f = std::min(block.fraction[std::size_t(n)], 1.0f);
       if (f == 0) continue;
-      solid[index((block.origin[0] - low[0] + (n & 7)) / nodes,
-                  (block.origin[1] - low[1] + (n >> 3 & 7)) / nodes,
-                  (block.origin[2] - low[2] + (n >> 6)) / nodes)] += share * f;
+      const int node[3] = {block.origin[0] + (n & 7), block.origin[1] + (n >> 3 & 7),
+                           block.origin[2] + (n >> 6)};
+      if (cut && cut->distance({h * float(node[0]), h * float(node[1]), h * float(node[2])}) > 0) continue;
+      solid[index((node[0] - low[0]) / nodes, (node[1] - low[1]) / nodes, (node[2] - low[2]) / nodes)] +=
+          share * f;
     }
   }
   light_.resize(solid.size());
