@@ -164,6 +164,35 @@ TEST_F(MicrostructureFile, CutOffAnywhereIsAnError) {
   }
 }
 
+TEST_F(MicrostructureFile, AnyChangedByteIsAnError) {
+  write_microstructure(full_block({{6, 6, 6}, 1.0}), path("whole.vdb"));
+  std::ifstream stream(path("whole.vdb"), std::ios::binary);
+  const std::string whole{std::istreambuf_iterator<char>(stream), {}};
+  for (std::size_t at = 0; at + 16 < whole.size(); at += 1 + at / 20) {
+    std::string changed = whole;
+    changed[at] = char(changed[at] ^ 0x10);
+    std::ofstream(path("changed.vdb"), std::ios::binary) << changed;
+    EXPECT_NE(error_of(path("changed.vdb")).find("checksum"), std::string::npos) << at;
+  }
+}
+
+TEST_F(MicrostructureFile, RewrittenByAnotherProgramKeepsItsLatticeAndIsCountedAnew) {
+  const Microstructure written = small_structure();
+  auto grid = written.surface->grid->deepCopy();
+  grid->tree().setValue(openvdb::Coord(3, 3, 3),
+                        written.surface->grid->tree().getValue({3, 3, 3}) < 0 ? 0.01f : -0.01f);
+  Microstructure edited = written;
+  edited.surface = std::make_shared<LevelSet>(LevelSet{grid});
+  write_microstructure(edited, path("s.vdb"));
+  openvdb::io::File file(path("s.vdb").string());
+  file.open();
+  const Microstructure read = read_microstructure(write("t.vdb", {file.readGrid("surface")}));
+  EXPECT_EQ(read.lattice.points, written.lattice.points);
+  EXPECT_EQ(
+      std::max(read.solid_points, written.solid_points) - std::min(read.solid_points, written.solid_points),
+      1u);
+}
+
 TEST_F(MicrostructureFile, FailedWriteLeavesTheOldFile) {
   write_microstructure(full_block({{6, 6, 6}, 1.0}), path("s.vdb"));
   const auto size = fs::file_size(path("s.vdb"));
