@@ -143,12 +143,19 @@ HWY_INLINE HenckyStrain<V> advance(D d, const StepConstants& c, const CellPolyno
     const M yielded = hn::And(active, r.yielded);
     if (!hn::AllFalse(d, yielded)) {
       b.kappa = hn::IfThenElse(yielded, r.kappa, b.kappa);
-      const V before = energy_density(d, c.material, strain.trace, strain.norm);
-      const V after = energy_density(d, c.material, r.trace, r.norm);
-      sums.plastic_dissipation = sums.plastic_dissipation + hn::IfThenElseZero(yielded, before - after);
-      sums.yielded = sums.yielded + hn::IfThenElseZero(yielded, one);
       const V scale = hn::IfThenElseZero(strain.norm > hn::Zero(d), r.norm / strain.norm);
       const Symmetric<V>& dev = strain.deviator;
+      // Dissipation = 1/2 (tau^n + tau^{n+1}) : dt grad v - (psi^{n+1} - psi^n), the internal work of the leapfrog that this
+      // scheme is, so that the energy balance telescopes: psi_tr - psi - 1/2 (tau_tr - tau) : dt grad v.
+      const V half = hn::Set(d, 0.5), bulk = hn::Set(d, c.material.bulk_modulus), two_mu = hn::Set(d, 2 * c.material.mu);
+      const V volumetric = L[0][0] + L[1][1] + L[2][2];
+      const V along = hn::MulAdd(dev.xx, L[0][0], hn::MulAdd(dev.yy, L[1][1], dev.zz * L[2][2])) +
+                      hn::MulAdd(dev.xy, L[0][1] + L[1][0], hn::MulAdd(dev.xz, L[0][2] + L[2][0], dev.yz * (L[1][2] + L[2][1])));
+      const V drop = hn::MulAdd(bulk * (strain.trace - r.trace), volumetric, two_mu * (one - scale) * along);
+      const V dissipated = energy_density(d, c.material, strain.trace, strain.norm) -
+                           energy_density(d, c.material, r.trace, r.norm) - half * drop;
+      sums.plastic_dissipation = sums.plastic_dissipation + hn::IfThenElseZero(yielded, dissipated);
+      sums.yielded = sums.yielded + hn::IfThenElseZero(yielded, one);
       const Symmetric<V> returned = left_cauchy_green_minus_identity(
           d, r.trace, {scale * dev.xx, scale * dev.yy, scale * dev.zz, scale * dev.xy, scale * dev.xz, scale * dev.yz});
       b.h = {hn::IfThenElse(yielded, returned.xx, b.h.xx), hn::IfThenElse(yielded, returned.yy, b.h.yy),

@@ -43,7 +43,7 @@ struct ParticleSums {
   double speed_squared = 0;        ///< sum v.v [m^2/s^2]
   double max_speed_squared = 0;    ///< [m^2/s^2]
   double max_compression = 0;      ///< bound p + 2/3 q of the largest compressive principal Kirchhoff stress [Pa]
-  double plastic_dissipation = 0;  ///< density psi(trial) - psi(returned) summed over this step [Pa]
+  double plastic_dissipation = 0;  ///< density over the particles that yielded in this step [Pa]
   double yielded = 0;              ///< particles that yielded in this step
   // Below: only when observing.
   double tau[6] = {};              ///< Kirchhoff stress [Pa], xx yy zz xy xz yz

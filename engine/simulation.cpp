@@ -40,7 +40,7 @@ void Simulation::step(bool observe) {
   walls_.move(time_, dt);
 
   // Energy lost by particle -> grid and by grid -> particle, each measured where it happens.
-  ledger_.numerical_dissipation += (kinetic_before - grid_before) + (grid_after + action.work - kinetic_energy());
+  ledger_.numerical_dissipation += (kinetic_before - grid_before) + (grid_after + action.kinetic_change - kinetic_energy());
   ledger_.plastic_dissipation += setup_.particle_volume * sums_.plastic_dissipation;
   ledger_.wall_work += action.work;
   ledger_.generalized_impulse += action.generalized_impulse;

@@ -30,7 +30,7 @@ struct SimulationSetup {
 struct Ledger {
   double plastic_dissipation = 0;
   double numerical_dissipation = 0;  ///< lost by the transfers between particles and grid, measured on both sides
-  double wall_work = 0;              ///< given to the grid by the walls
+  double wall_work = 0;              ///< done by the walls
   std::array<double, 6> wall_impulse{};  ///< along +axis [N s]
   double generalized_impulse = 0;        ///< see WallAction
 };

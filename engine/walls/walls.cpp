@@ -97,7 +97,7 @@ void Walls::constrain(SparseGrid& grid, double ramp, int axis, bool normal, Wall
       if (r.touches_leaf(grid.leaves()[l].origin[axis]) && (near.empty() || near.back() != l)) near.push_back(l);
 
   struct Part {
-    double impulse[2] = {}, work = 0, generalized = 0;
+    double impulse[2] = {}, work = 0, kinetic = 0, generalized = 0;
   };
   std::vector<Part> parts(near.size());
   tbb::parallel_for(std::size_t(0), near.size(), [&](std::size_t n) {
@@ -129,7 +129,11 @@ void Walls::constrain(SparseGrid& grid, double ramp, int axis, bool normal, Wall
           if (inside && inside->mass > 0) target += (inside->velocity[c] - v_wall) * r.weight(along, node.mass, inside->mass);
           const double change = target - node.velocity[c];
           const double impulse = node.mass * change;
-          parts[n].work += impulse * (node.velocity[c] + 0.5 * change);
+          // With v at the middle of the step, (v^n + v^{n+1}) / 2, the work of walls and that of stresses add up to the change
+          // of kinetic energy.
+          const double v_old = node.velocity[c] - node.increment[c];
+          parts[n].work += impulse * 0.5 * (v_old + target);
+          parts[n].kinetic += impulse * (node.velocity[c] + 0.5 * change);
           parts[n].generalized += impulse * full;
           if (c == axis) parts[n].impulse[side] += impulse;
           node.velocity[c] = target;
@@ -141,6 +145,7 @@ void Walls::constrain(SparseGrid& grid, double ramp, int axis, bool normal, Wall
   for (const Part& part : parts) {
     for (int side = 0; side < 2; ++side) action.normal_impulse[2 * axis + side] += part.impulse[side];
     action.work += part.work;
+    action.kinetic_change += part.kinetic;
     action.generalized_impulse += part.generalized;
   }
 }

@@ -25,7 +25,8 @@ struct Wall {
 /// What the walls did to the grid in one step. Index 2 * axis + upper.
 struct WallAction {
   std::array<double, 6> normal_impulse{};  ///< by the wall on the sample, along +axis [N s]
-  double work = 0;                         ///< kinetic energy the walls gave to the grid [J]
+  double work = 0;                         ///< impulse . mean velocity of the step [J]
+  double kinetic_change = 0;               ///< of the grid, by setting the velocities [J]
   double generalized_impulse = 0;          ///< sum of impulse . (full wall velocity) [J]; W2 is the rate of its force
 };
 
