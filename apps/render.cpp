@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int default_width = 1080;
+constexpr int default_height = 1440;
 constexpr int default_panel_width = 420;  // of one picture
 
 /// Everything that all kinds of pictures need.
@@ -70,10 +70,11 @@ int even(double length) {
 /// Width and height of an annotated picture that fits the sample, unless the user fixed them.
 std::array<int, 2> picture_size(const Job& job, const Box& box, const Annotation& annotation) {
   if (job.settings.size) return {int((*job.settings.size)[0]), int((*job.settings.size)[1])};
-  const double body = default_width / Camera::aspect(box, job.settings.view);
-  int height = even(std::clamp(body, 600.0, 1800.0));
-  const AnnotationLayout layout = layout_annotation(default_width, height, annotation);
-  return {default_width, even(std::clamp(body + height - layout.picture.height, 720.0, 1920.0))};
+  const double aspect = Camera::aspect(box, job.settings.view);
+  const int width = even(std::clamp(aspect * default_height, 900.0, double(default_height)));
+  const AnnotationLayout layout = layout_annotation(width, default_height, annotation);
+  const double body = std::clamp(width / aspect, 0.4 * width, layout.picture.height);
+  return {width, even(default_height - layout.picture.height + body)};
 }
 
 Annotation annotation_of(const Job& job, const ColorScale& scale, const FrameHeader& header) {

@@ -55,12 +55,13 @@ std::string length_label(double metres) {
   return number_label(metres / 1e-9) + " nm";
 }
 
-AnnotationLayout layout_annotation(int width, int height, const Annotation& annotation) {
+AnnotationLayout layout_annotation(int width, int height, const Annotation& annotation, double text_size) {
   Canvas measuring(1, 1);
   AnnotationLayout layout;
 
   // Text follows the picture's size; narrow pictures shrink it until both columns of the strip have room.
-  for (double size = std::clamp(std::min(width / 42.0, height / 48.0), 7.0, 60.0);; size *= 0.94) {
+  if (text_size == 0) text_size = std::clamp(std::min(width / 42.0, height / 48.0), 7.0, 60.0);
+  for (double size = text_size;; size *= 0.94) {
     const double line = 1.02 * size;
     const double gap = 0.75 * size;
     const TextSize state = measuring.measure(annotation.state, size);
@@ -96,7 +97,7 @@ AnnotationLayout layout_annotation(int width, int height, const Annotation& anno
 
     const double title_size = 1.15 * size;
     const double title_height = annotation.title.empty() ? 0 : 1.02 * title_size;
-    layout.title = {gap, 0.6 * gap, measuring.measure(annotation.title, title_size).width, title_height};
+    layout.title = {gap, gap, measuring.measure(annotation.title, title_size).width, title_height};
     const double picture_top = title_height > 0 ? std::ceil(layout.title.y + title_height) : 0;
     layout.picture = {0, picture_top, double(width), std::floor(quantity_top - 0.5 * gap - picture_top)};
     break;

@@ -32,8 +32,9 @@ struct AnnotationLayout {
   double bar_length_limit = 0;  ///< [pixels] the scale bar is the longest round length below this
 };
 
+/// @param text_size  [pixels] at most; 0: follows the picture's size
 /// @throws InputError  if width x height leaves no room for the picture
-AnnotationLayout layout_annotation(int width, int height, const Annotation& annotation);
+AnnotationLayout layout_annotation(int width, int height, const Annotation& annotation, double text_size = 0);
 
 /// The picture with its margins. @param picture  of the size of layout.picture @param pixel_size [m]
 Image annotate(int width, int height, const Image& picture, double pixel_size, const Annotation& annotation);

@@ -37,7 +37,7 @@ PanelLayout layout_panel(const Panel& panel, int picture_width, int picture_heig
   strip.title.clear();
   strip.state.clear();
   const int probe = 4096;
-  layout.strip = layout_annotation(layout.width, probe, strip);
+  layout.strip = layout_annotation(layout.width, probe, strip, size);
   const double shift = body_height + gap - layout.strip.quantity.y;
   for (Rectangle* r : {&layout.strip.state, &layout.strip.scale_bar, &layout.strip.color_bar,
                        &layout.strip.quantity, &layout.strip.bar}) {
