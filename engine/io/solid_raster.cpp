@@ -140,11 +140,11 @@ SolidRaster rasterize_solid(std::span<const std::array<float, 3>> position, std:
       for (auto run = std::ranges::lower_bound(runs, source, {}, &Run::key);
            run != runs.end() && run->key == source; ++run) {
         for (std::uint32_t i = run->begin; i < run->end; ++i) {
-          auto base = base_voxel(position[i], inverse_spacing);
-          const Weights weights = spline_weights(position[i], base, inverse_spacing);
-          for (int axis = 0; axis < 3; ++axis) base[axis] -= origin[axis];
+          const auto base = base_voxel(position[i], inverse_spacing);
+          const std::array<int, 3> local = {base[0] - origin[0], base[1] - origin[1], base[2] - origin[2]};
           // From a block below, only the last two layers of base voxels reach up here.
-          if (std::ranges::min(base) >= -2) tile.add(base, weights, kappa.empty() ? 0 : kappa[i]);
+          if (local[0] < -2 || local[1] < -2 || local[2] < -2) continue;
+          tile.add(local, spline_weights(position[i], base, inverse_spacing), kappa.empty() ? 0 : kappa[i]);
         }
       }
     }

@@ -38,7 +38,7 @@ std::vector<T> array_of(const std::string& text, const std::string& name) {
   std::memcpy(&size, bytes.data(), sizeof size);
   EXPECT_EQ(size, bytes.size() - sizeof size) << name;
   std::vector<T> values((bytes.size() - sizeof size) / sizeof(T));
-  std::memcpy(values.data(), bytes.data() + sizeof size, values.size() * sizeof(T));
+  if (!values.empty()) std::memcpy(values.data(), bytes.data() + sizeof size, values.size() * sizeof(T));
   return values;
 }
 
