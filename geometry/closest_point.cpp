@@ -55,7 +55,8 @@ std::optional<Vec3> find_closest_point(const PaddedField& field, const Vec3& x, 
   const Vec3 lower = Vec3::Constant(-0.5);
   const Vec3 upper = Vec3(field.points[0], field.points[1], field.points[2]) - Vec3::Constant(0.5);
   constexpr int most_iterations = 12;
-  constexpr double settled = 0.05;  // the next step would be its square over the radius of curvature
+  // The tangential error is then about its square, and the error of the distance the square of that.
+  constexpr double settled = 0.15;
 
   Vec3 y = start;
   Held held{};

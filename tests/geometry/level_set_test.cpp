@@ -231,7 +231,7 @@ TEST(SeedParticles, SampleAForeignLevelSetOnAnotherLattice) {
 
 TEST(Microstructure, SolidFractionOfTheTheoreticalThresholdHoldsOnAverage) {
   constexpr int realizations = 8;
-  const SampleLattice lattice{{48, 48, 48}, 1.0 / 48};
+  const SampleLattice lattice{{24, 24, 24}, 1.0 / 24};
   for (double phi : {0.2, 0.5, 0.8}) {
     double sum = 0, squares = 0;
     for (int seed = 0; seed < realizations; ++seed) {
