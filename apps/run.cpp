@@ -70,7 +70,8 @@ std::size_t available_memory() {
 }
 
 SimulationSetup setup_of(const Scene& scene, const Sample& sample) {
-  return {sample.lattice.size(), sample.particle_volume, 2 * sample.lattice.spacing, scene.material, scene.loading, scene.numerics};
+  return {sample.lattice.size(), sample.particle_volume, 2 * sample.lattice.spacing,
+          scene.material,        scene.loading,          scene.numerics};
 }
 
 std::optional<double> until_strain(const Scene& scene) {
@@ -78,8 +79,8 @@ std::optional<double> until_strain(const Scene& scene) {
   return until ? std::optional(until->strain) : std::nullopt;
 }
 
-/// Strain between frames. A run to failure does not know its end: it counts in hundredths of a percent, the scale on which a
-/// brittle solid fails.
+/// Strain between frames. A run to failure does not know its end: it counts in hundredths of a percent, the
+/// scale on which a brittle solid fails.
 double frame_interval(const Scene& scene) {
   constexpr double failure_scale = 4e-3;
   return until_strain(scene).value_or(failure_scale) / std::max(1, scene.output.frames);
@@ -102,23 +103,30 @@ std::string wall_name(const Loading& loading) {
   const auto* triaxial = std::get_if<TriaxialLoading>(&loading);
   if (!triaxial) return "slip";
   switch (triaxial->walls) {
-    case WallKind::sticky: return "sticky";
-    case WallKind::slip: return "slip";
-    case WallKind::affine: return "affine";
-    case WallKind::paper: return "paper";
+    case WallKind::sticky:
+      return "sticky";
+    case WallKind::slip:
+      return "slip";
+    case WallKind::affine:
+      return "affine";
+    case WallKind::paper:
+      return "paper";
   }
   return {};
 }
 
 std::string describe(const Scene& scene, const Sample& sample, const MemoryEstimate& memory) {
   const bool plastic = scene.material.plasticity.has_value();
-  return fmt::format("{} particles, solid fraction {:.4f}{}; {} blocks, {} leaves, {:.2f} GiB; dx = {:.5g} m; kernels {}; active: "
-                     "Hencky elasticity, {}, PIC-FLIP; {} bytes a particle",
-                     memory.particles, sample.solid_fraction,
-                     sample.solid_fraction_asked ? fmt::format(" (asked {})", *sample.solid_fraction_asked) : "", memory.blocks,
-                     memory.leaves, double(memory.bytes) / (1 << 30), 2 * sample.lattice.spacing, kernels().simd,
-                     plastic ? "softening Drucker-Prager" : "no plasticity (kappa and return mapping left out)",
-                     (Particles::components + plastic) * sizeof(double) + sizeof(std::uint32_t));
+  return fmt::format(
+      "{} particles, solid fraction {:.4f}{}; {} blocks, {} leaves, {:.2f} GiB; dx = {:.5g} m; kernels {}; "
+      "active: "
+      "Hencky elasticity, {}, PIC-FLIP; {} bytes a particle",
+      memory.particles, sample.solid_fraction,
+      sample.solid_fraction_asked ? fmt::format(" (asked {})", *sample.solid_fraction_asked) : "",
+      memory.blocks, memory.leaves, double(memory.bytes) / (1 << 30), 2 * sample.lattice.spacing,
+      kernels().simd,
+      plastic ? "softening Drucker-Prager" : "no plasticity (kappa and return mapping left out)",
+      (Particles::components + plastic) * sizeof(double) + sizeof(std::uint32_t));
 }
 
 /// Particles, leaves, memory, steps and expected time, from a few real steps.
@@ -131,20 +139,26 @@ void print_plan(const Scene& scene, const Sample& sample, const MemoryEstimate& 
   for (int n = 0; n < trial_steps; ++n) simulation.step(false);
   const double seconds = seconds_since(start) / trial_steps;
   fmt::print("{}\n", describe(scene, sample, memory));
-  fmt::print("active leaves now: {}, {:.2f} GiB in use\n", simulation.grid().leaves().size(), double(simulation.bytes()) / (1 << 30));
+  fmt::print("active leaves now: {}, {:.2f} GiB in use\n", simulation.grid().leaves().size(),
+             double(simulation.bytes()) / (1 << 30));
   fmt::print("time step {:.4g} s, {:.3g} s a step, {:.3g} M particle-steps/s\n", simulation.dt(), seconds,
              1e-6 * double(sample.positions.size()) / seconds);
   const double strain = until_strain(scene).value_or(1e-3);
   const double steps = strain / (strain_rate(setup) * simulation.dt());
   fmt::print("{} {:.3g}: about {:.3g} steps, {} (the time step shrinks under compression)\n",
-             until_strain(scene) ? "to strain" : "to failure, if that is at strain", strain, steps, duration_text(steps * seconds));
+             until_strain(scene) ? "to strain" : "to failure, if that is at strain", strain, steps,
+             duration_text(steps * seconds));
 }
 
 /// One run from its first or resumed state to its end.
 class Run {
  public:
   Run(const Scene& scene, const Sample& sample, const RunOptions& options)
-      : scene_(scene), sample_(sample), options_(options), progress_(options.progress()), threads_(thread_count(options)) {}
+      : scene_(scene),
+        sample_(sample),
+        options_(options),
+        progress_(options.progress()),
+        threads_(thread_count(options)) {}
 
   void start() {
     prepare_output_folder(options_.output, options_.force ? ExistingFolder::replace : ExistingFolder::refuse);
@@ -160,7 +174,8 @@ class Run {
     simulation_.emplace(setup_of(scene_, sample_), checkpoint);
     observer_.emplace(*simulation_);
     Observer::Memory memory;
-    checkpoint.read<double>("observer", std::span(reinterpret_cast<double*>(&memory), sizeof(memory) / sizeof(double)));
+    checkpoint.read<double>("observer",
+                            std::span(reinterpret_cast<double*>(&memory), sizeof(memory) / sizeof(double)));
     observer_->restore(memory);
     seconds_before_ = checkpoint.read_value<double>("wall_seconds");
     folder_.emplace(options_.output, scene_, sample_.lattice.spacing, threads_, checkpoint);
@@ -179,7 +194,8 @@ class Run {
         const bool row_due = (simulation_->steps() + 1) % scene_.output.history_every == 0;
         simulation_->step(row_due);
         if (row_due) folder_->append(observer_->record(*simulation_, wall_seconds()));
-        if (scene_.output.frames > 0 && Observer::loading_strain(*simulation_) >= folder_->frames() * dx_strain)
+        if (scene_.output.frames > 0 &&
+            Observer::loading_strain(*simulation_) >= folder_->frames() * dx_strain)
           folder_->write_frame(*simulation_);
         if (seconds_since(last_checkpoint) > 60 * scene_.output.checkpoint_minutes) {
           folder_->write_checkpoint(*simulation_, *observer_, wall_seconds());
@@ -188,9 +204,10 @@ class Run {
         progress_.update(progress());
       }
     } catch (const NumericalError& error) {
-      throw NumericalError(folder_->last_checkpoint() < 0
-                               ? fmt::format("{}; no checkpoint yet.", error.what())
-                               : fmt::format("{}; last checkpoint: step {}.", error.what(), folder_->last_checkpoint()));
+      throw NumericalError(
+          folder_->last_checkpoint() < 0
+              ? fmt::format("{}; no checkpoint yet.", error.what())
+              : fmt::format("{}; last checkpoint: step {}.", error.what(), folder_->last_checkpoint()));
     }
   }
 
@@ -198,22 +215,26 @@ class Run {
   double wall_seconds() const { return seconds_before_ + seconds_since(start_); }
 
   double rate() const {
-    return double(simulation_->particles().count) * double(simulation_->steps() - first_step_) / seconds_since(start_);
+    return double(simulation_->particles().count) * double(simulation_->steps() - first_step_) /
+           seconds_since(start_);
   }
 
   ProgressState progress() const {
     const double strain = Observer::loading_strain(*simulation_);
     const double by_strain = until_strain(scene_) ? strain / *until_strain(scene_) : 0;
-    const double by_steps = options_.max_steps ? double(simulation_->steps()) / double(options_.max_steps) : 0;
+    const double by_steps =
+        options_.max_steps ? double(simulation_->steps()) / double(options_.max_steps) : 0;
     return {std::min(1.0, std::max(by_strain, by_steps)), simulation_->steps(), strain, rate()};
   }
 
   std::string stop_reason() const {
-    if (const auto strain = until_strain(scene_); strain && Observer::loading_strain(*simulation_) >= *strain) return "until_strain";
+    if (const auto strain = until_strain(scene_); strain && Observer::loading_strain(*simulation_) >= *strain)
+      return "until_strain";
     if (std::holds_alternative<UntilFailure>(scene_.until) && observer_->failure()) return "failure";
     if (options_.max_steps && simulation_->steps() >= options_.max_steps) return "max_steps";
     if (stop_requested) return "signal";
-    if (options_.max_walltime_minutes > 0 && seconds_since(start_) > 60 * options_.max_walltime_minutes) return "max_walltime";
+    if (options_.max_walltime_minutes > 0 && seconds_since(start_) > 60 * options_.max_walltime_minutes)
+      return "max_walltime";
     return {};
   }
 
@@ -222,8 +243,10 @@ class Run {
     if (stopped || reason == "max_steps") folder_->write_checkpoint(*simulation_, *observer_, wall_seconds());
     if (stopped) {
       progress_.finish(progress(), fmt::format("stopped after step {}", simulation_->steps()));
-      throw Stopped(fmt::format("stopped by {} after step {}, t = {:.6g} s; a checkpoint is written. Go on with: anticrack run {} -o {} --resume",
-                                reason, simulation_->steps(), simulation_->time(), options_.scene, options_.output));
+      throw Stopped(
+          fmt::format("stopped by {} after step {}, t = {:.6g} s; a checkpoint is written. Go on with: "
+                      "anticrack run {} -o {} --resume",
+                      reason, simulation_->steps(), simulation_->time(), options_.scene, options_.output));
     }
     RunResult result;
     result.loading = loading_name(scene_.loading);
@@ -241,9 +264,11 @@ class Run {
     result.solid_fraction_asked = sample_.solid_fraction_asked;
     result.quasi_static = observer_->quasi_static();
     write_run_result(result, folder_->path() / "result.json");
-    progress_.finish(progress(), fmt::format("{}: {} steps, {} leaves, {:.2f} GiB, {}; {}", folder_->path().string(), result.steps,
-                                             simulation_->grid().leaves().size(), double(simulation_->bytes()) / (1 << 30),
-                                             duration_text(result.wall_seconds), result.quasi_static.verdict));
+    progress_.finish(
+        progress(),
+        fmt::format("{}: {} steps, {} leaves, {:.2f} GiB, {}; {}", folder_->path().string(), result.steps,
+                    simulation_->grid().leaves().size(), double(simulation_->bytes()) / (1 << 30),
+                    duration_text(result.wall_seconds), result.quasi_static.verdict));
   }
 
   const Scene& scene_;
@@ -267,12 +292,14 @@ void run(const RunOptions& options) {
                                                         : ExistingFolder::refuse);
   const ThreadLimit limit(thread_count(options));
   const Sample sample = load_sample(scene);
-  const MemoryEstimate memory = estimate_memory(sample.positions, 2 * sample.lattice.spacing, Vec3(scene.numerics.grid_offset.data()),
-                                                scene.material.plasticity.has_value());
+  const MemoryEstimate memory =
+      estimate_memory(sample.positions, 2 * sample.lattice.spacing, Vec3(scene.numerics.grid_offset.data()),
+                      scene.material.plasticity.has_value());
   if (const std::size_t available = available_memory(); available && memory.bytes > available)
-    throw InputError(fmt::format("{}: {} particles need {:.1f} GiB; expected at most the {:.1f} GiB available. Use a smaller "
-                                 "sample.resolution.",
-                                 options.scene, memory.particles, double(memory.bytes) / (1 << 30), double(available) / (1 << 30)));
+    throw InputError(fmt::format(
+        "{}: {} particles need {:.1f} GiB; expected at most the {:.1f} GiB available. Use a smaller "
+        "sample.resolution.",
+        options.scene, memory.particles, double(memory.bytes) / (1 << 30), double(available) / (1 << 30)));
   if (options.dry_run) return print_plan(scene, sample, memory);
   if (!options.quiet && !options.log_json) fmt::print(stderr, "{}\n", describe(scene, sample, memory));
   Run run(scene, sample, options);
@@ -290,12 +317,19 @@ CLI::App* add_run_command(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
   command->add_option("scene", options->scene, "Scene file (TOML)")->required()->type_name("SCENE");
   auto* output = command->add_option("-o,--output", options->output, "Run folder to write")->type_name("DIR");
-  auto* dry = command->add_flag("--dry-run", options->dry_run, "Print particles, leaves, memory, steps and time; write nothing");
+  auto* dry = command->add_flag("--dry-run", options->dry_run,
+                                "Print particles, leaves, memory, steps and time; write nothing");
   command->add_flag("--force", options->force, "Replace an earlier run in the folder")->excludes(dry);
-  command->add_flag("--resume", options->resume, "Go on from the folder's last checkpoint")->excludes("--force")->excludes(dry);
-  command->add_option("--max-steps", options->max_steps, "Stop after so many steps in all")->check(CLI::PositiveNumber);
-  command->add_option("--max-walltime", options->max_walltime_minutes, "Stop with a checkpoint after so many minutes (exit 75)")
-      ->check(CLI::PositiveNumber)->type_name("MINUTES");
+  command->add_flag("--resume", options->resume, "Go on from the folder's last checkpoint")
+      ->excludes("--force")
+      ->excludes(dry);
+  command->add_option("--max-steps", options->max_steps, "Stop after so many steps in all")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--max-walltime", options->max_walltime_minutes,
+                   "Stop with a checkpoint after so many minutes (exit 75)")
+      ->check(CLI::PositiveNumber)
+      ->type_name("MINUTES");
   add_set_option(*command, *options);
   add_threads_option(*command, *options);
   add_progress_options(*command, *options);
@@ -305,7 +339,8 @@ CLI::App* add_run_command(CLI::App& app) {
       "  anticrack run assets/scenes/quickstart.toml -o out/run --threads 2\n"
       "  anticrack run assets/scenes/quickstart.toml -o out/run --resume");
   command->callback([options, output] {
-    if (!options->dry_run && output->empty()) throw InputError("run: -o DIR is missing; expected the folder to write, or --dry-run.");
+    if (!options->dry_run && output->empty())
+      throw InputError("run: -o DIR is missing; expected the folder to write, or --dry-run.");
     run(*options);
   });
   return command;

@@ -29,7 +29,11 @@ constexpr const char* checkpoint_folder = "checkpoint";
 }  // namespace
 
 RunFolder::RunFolder(const std::filesystem::path& folder, const Scene& scene, double spacing, int threads)
-    : folder_(folder), output_(scene.output), scene_text_(to_toml(scene)), label_(label_of(scene)), spacing_(spacing) {
+    : folder_(folder),
+      output_(scene.output),
+      scene_text_(to_toml(scene)),
+      label_(label_of(scene)),
+      spacing_(spacing) {
   write_text_atomically(folder_ / "scene.toml", scene_text_);
   write_provenance(folder_ / "provenance.json", kernels().simd, threads);
   history_.emplace(folder_ / "history.csv");
@@ -37,7 +41,11 @@ RunFolder::RunFolder(const std::filesystem::path& folder, const Scene& scene, do
 
 RunFolder::RunFolder(const std::filesystem::path& folder, const Scene& scene, double spacing, int threads,
                      CheckpointReader& checkpoint)
-    : folder_(folder), output_(scene.output), scene_text_(to_toml(scene)), label_(label_of(scene)), spacing_(spacing) {
+    : folder_(folder),
+      output_(scene.output),
+      scene_text_(to_toml(scene)),
+      label_(label_of(scene)),
+      spacing_(spacing) {
   last_checkpoint_ = checkpoint.read_value<std::int64_t>("step");
   frames_ = checkpoint.read_value<std::int32_t>("frame.count");
   last_frame_time_ = checkpoint.read_value<double>("frame.time");
@@ -50,9 +58,16 @@ void RunFolder::write_frame(const Simulation& simulation) {
   const Particles& p = simulation.particles();
   Frame frame;
   const Vec3 strain = simulation.walls().strain();
-  frame.header = {frames_, simulation.steps(), simulation.time(), {strain[0], strain[1], strain[2]},
-                  simulation.time() - last_frame_time_, simulation.walls().lower(), simulation.walls().upper(), spacing_,
-                  simulation.setup().cell_size, label_};
+  frame.header = {frames_,
+                  simulation.steps(),
+                  simulation.time(),
+                  {strain[0], strain[1], strain[2]},
+                  simulation.time() - last_frame_time_,
+                  simulation.walls().lower(),
+                  simulation.walls().upper(),
+                  spacing_,
+                  simulation.setup().cell_size,
+                  label_};
   const std::vector<Vec3> x = simulation.positions();
   const bool plastic = p.kappa.size() > 0;
   frame.id = p.id;
@@ -91,10 +106,12 @@ void RunFolder::write_frame(const Simulation& simulation) {
   ++frames_;
 }
 
-void RunFolder::write_checkpoint(const Simulation& simulation, const Observer& observer, double wall_seconds) {
+void RunFolder::write_checkpoint(const Simulation& simulation, const Observer& observer,
+                                 double wall_seconds) {
   CheckpointWriter out(scene_text_);
   simulation.save(out);
-  out.add("observer", std::span(reinterpret_cast<const double*>(&observer.memory()), sizeof(Observer::Memory) / sizeof(double)));
+  out.add("observer", std::span(reinterpret_cast<const double*>(&observer.memory()),
+                                sizeof(Observer::Memory) / sizeof(double)));
   out.add_value("wall_seconds", wall_seconds);
   out.add_value("frame.count", std::int32_t(frames_));
   out.add_value("frame.time", last_frame_time_);
@@ -111,9 +128,10 @@ CheckpointReader open_checkpoint(const std::filesystem::path& folder, const std:
   CheckpointReader checkpoint(newest_valid_checkpoint(folder / checkpoint_folder, damaged));
   for (const std::string& problem : damaged) fmt::print(stderr, "anticrack: {}\n", problem);
   if (!checkpoint.is_of_scene(scene_text))
-    throw InputError(fmt::format("{} is of another scene than the one given; {} tells which. Resume with that scene and the same "
-                                 "--set.",
-                                 checkpoint.file().string(), (folder / "scene.toml").string()));
+    throw InputError(fmt::format(
+        "{} is of another scene than the one given; {} tells which. Resume with that scene and the same "
+        "--set.",
+        checkpoint.file().string(), (folder / "scene.toml").string()));
   return checkpoint;
 }
 

@@ -12,14 +12,16 @@
 
 namespace anticrack {
 
-/// What a run leaves in its folder: scene.toml, provenance.json, history.csv, frames/, checkpoint/, result.json.
+/// What a run leaves in its folder: scene.toml, provenance.json, history.csv, frames/, checkpoint/,
+/// result.json.
 class RunFolder {
  public:
   /// A new run: writes scene and provenance and starts the history.
   RunFolder(const std::filesystem::path& folder, const Scene& scene, double spacing, int threads);
 
   /// Goes on after a checkpoint: later rows of the history are dropped. @throws FileError
-  RunFolder(const std::filesystem::path& folder, const Scene& scene, double spacing, int threads, CheckpointReader& checkpoint);
+  RunFolder(const std::filesystem::path& folder, const Scene& scene, double spacing, int threads,
+            CheckpointReader& checkpoint);
 
   void append(const HistoryRow& row) { history_->append(row); }
 

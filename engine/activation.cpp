@@ -43,7 +43,9 @@ DualCell dual_cell(const Vec3& position, double cell_size, const Vec3& grid_offs
   DualCell c;
   for (int a = 0; a < 3; ++a) {
     const double X = position[a] / cell_size - grid_offset[a] - 0.5;
-    if (!(std::abs(X) < 2e9)) throw InputError("particle position is not finite or too far from the origin: " + std::to_string(position[a]) + " m");
+    if (!(std::abs(X) < 2e9))
+      throw InputError("particle position is not finite or too far from the origin: " +
+                       std::to_string(position[a]) + " m");
     const double base = std::floor(X);
     c.base[a] = int(base);
     c.s[a] = X - base;
@@ -51,8 +53,12 @@ DualCell dual_cell(const Vec3& position, double cell_size, const Vec3& grid_offs
   return c;
 }
 
-Index3 block_of(const Index3& cell) { return {cell[0] >> 2, cell[1] >> 2, cell[2] >> 2}; }
-int cell_in_block(const Index3& cell) { return leaf_index(cell[0] & 3, cell[1] & 3, cell[2] & 3); }
+Index3 block_of(const Index3& cell) {
+  return {cell[0] >> 2, cell[1] >> 2, cell[2] >> 2};
+}
+int cell_in_block(const Index3& cell) {
+  return leaf_index(cell[0] & 3, cell[1] & 3, cell[2] & 3);
+}
 
 /// Brings `array` into the order new -> old with a buffer of the same size, which takes its place.
 void permute(AlignedArray& array, AlignedArray& buffer, const std::vector<std::uint32_t>& order) {
@@ -70,18 +76,23 @@ void permute_all(Particles& particles, const std::vector<std::uint32_t>& order) 
   particles.id = std::move(id);
 }
 
-bool inside_cell(double s) { return s >= 0 && s <= 1; }
+bool inside_cell(double s) {
+  return s >= 0 && s <= 1;
+}
 
 }  // namespace
 
-void place_particles(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset, bool with_kappa,
-                     Particles& particles, SparseGrid& grid, std::vector<CellRanges>& cells) {
+void place_particles(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset,
+                     bool with_kappa, Particles& particles, SparseGrid& grid,
+                     std::vector<CellRanges>& cells) {
   const std::size_t count = positions.size();
   if (count == 0) throw InputError("no particles");
   if (count >= SparseGrid::none) throw InputError("more than 4294967294 particles");
   struct Placed {
     std::uint64_t block, cell_and_id;
-    bool operator<(const Placed& o) const { return block != o.block ? block < o.block : cell_and_id < o.cell_and_id; }
+    bool operator<(const Placed& o) const {
+      return block != o.block ? block < o.block : cell_and_id < o.cell_and_id;
+    }
   };
   std::vector<Placed> order(count);
   tbb::parallel_for(std::size_t(0), count, [&](std::size_t i) {
@@ -109,13 +120,15 @@ void place_particles(std::span<const Vec3> positions, double cell_size, const Ve
       cells.emplace_back();
       cells.back().fill(std::uint32_t(n));
     }
-    for (int cell = int(order[n].cell_and_id >> 32) + 1; cell <= block_cells; ++cell) cells.back()[cell] = std::uint32_t(n + 1);
+    for (int cell = int(order[n].cell_and_id >> 32) + 1; cell <= block_cells; ++cell)
+      cells.back()[cell] = std::uint32_t(n + 1);
   }
   grid.set_blocks(origins);
 }
 
-void locate_strays(std::span<const std::uint32_t> listed, std::uint32_t block, const Particles& particles, SparseGrid& grid,
-                   std::vector<CellRanges>& cells, std::vector<Stray>& strays, std::vector<std::uint32_t>& bad) {
+void locate_strays(std::span<const std::uint32_t> listed, std::uint32_t block, const Particles& particles,
+                   SparseGrid& grid, std::vector<CellRanges>& cells, std::vector<Stray>& strays,
+                   std::vector<std::uint32_t>& bad) {
   for (const std::uint32_t particle : listed) {
     const CellRanges& ranges = cells[block];
     const int home = int(std::upper_bound(ranges.begin(), ranges.end(), particle) - ranges.begin()) - 1;
@@ -143,7 +156,8 @@ void locate_strays(std::span<const std::uint32_t> listed, std::uint32_t block, c
   }
 }
 
-void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid, std::vector<CellRanges>& cells) {
+void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid,
+                    std::vector<CellRanges>& cells) {
   std::sort(strays.begin(), strays.end(), [](const Stray& a, const Stray& b) {
     return std::tie(a.block, a.cell, a.particle) < std::tie(b.block, b.cell, b.particle);
   });
@@ -184,7 +198,8 @@ void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid
       new_cells[n][cell] = to;
       for (std::uint32_t i = cells[b][cell]; i < cells[b][cell + 1]; ++i)
         if (!leaves_cell[i]) order[to++] = i;
-      for (; arrival < first_arrival[b + 1] && strays[arrival].cell == cell; ++arrival) order[to++] = strays[arrival].particle;
+      for (; arrival < first_arrival[b + 1] && strays[arrival].cell == cell; ++arrival)
+        order[to++] = strays[arrival].particle;
     }
     new_cells[n][block_cells] = to;
   });
@@ -199,8 +214,9 @@ void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid
   strays.clear();
 }
 
-std::vector<Vec3> world_positions(const Particles& particles, const SparseGrid& grid, const std::vector<CellRanges>& cells,
-                                  double cell_size, const Vec3& grid_offset) {
+std::vector<Vec3> world_positions(const Particles& particles, const SparseGrid& grid,
+                                  const std::vector<CellRanges>& cells, double cell_size,
+                                  const Vec3& grid_offset) {
   std::vector<Vec3> x(particles.count);
   tbb::parallel_for(std::size_t(0), cells.size(), [&](std::size_t b) {
     for (int cell = 0; cell < block_cells; ++cell)
@@ -213,7 +229,8 @@ std::vector<Vec3> world_positions(const Particles& particles, const SparseGrid& 
   return x;
 }
 
-MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset, bool with_kappa) {
+MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset,
+                               bool with_kappa) {
   std::vector<std::uint64_t> keys(positions.size());
   tbb::parallel_for(std::size_t(0), positions.size(), [&](std::size_t i) {
     keys[i] = block_key(block_of(dual_cell(positions[i], cell_size, grid_offset).base));
@@ -230,11 +247,13 @@ MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size
     if (i > 0 && keys[i] == keys[i - 1]) continue;
     ++blocks;
     for (int o = 0; o < 8; ++o)
-      leaves.insert(morton({undo(keys[i], 2) + (o >> 2), undo(keys[i], 1) + (o >> 1 & 1), undo(keys[i], 0) + (o & 1)}));
+      leaves.insert(
+          morton({undo(keys[i], 2) + (o >> 2), undo(keys[i], 1) + (o >> 1 & 1), undo(keys[i], 0) + (o & 1)}));
   }
   constexpr std::size_t table_entry = 64;
-  const std::size_t per_particle = (Particles::components + (with_kappa ? 1 : 0)) * sizeof(double) + sizeof(std::uint32_t) +
-                                   sizeof(double) + 2 * sizeof(std::uint32_t) + 1;  // state, then the buffers of a sort
+  const std::size_t per_particle = (Particles::components + (with_kappa ? 1 : 0)) * sizeof(double) +
+                                   sizeof(std::uint32_t) + sizeof(double) + 2 * sizeof(std::uint32_t) +
+                                   1;  // state, then the buffers of a sort
   return {positions.size(), blocks, leaves.size(),
           positions.size() * per_particle + blocks * (sizeof(Tile) + sizeof(CellRanges) + table_entry) +
               leaves.size() * (block_cells * sizeof(Node) + sizeof(SparseGrid::Leaf) + table_entry)};

@@ -21,27 +21,32 @@ struct Stray {
   Index3 shift;         ///< true cell - storage cell
 };
 
-/// Creates the particles at `positions` [m], at rest and unstrained, sorted by block and cell, and activates the grid.
+/// Creates the particles at `positions` [m], at rest and unstrained, sorted by block and cell, and activates
+/// the grid.
 /// @throws InputError  if a coordinate is not finite or the sample spans more than 2^19 blocks along an axis
-void place_particles(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset, bool with_kappa,
-                     Particles& particles, SparseGrid& grid, std::vector<CellRanges>& cells);
+void place_particles(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset,
+                     bool with_kappa, Particles& particles, SparseGrid& grid, std::vector<CellRanges>& cells);
 
-/// True cells of the listed particles of one block; activates what they reach. Call in a fixed order, not in parallel.
-/// A position that is not finite goes to `bad` instead.
-void locate_strays(std::span<const std::uint32_t> listed, std::uint32_t block, const Particles& particles, SparseGrid& grid,
-                   std::vector<CellRanges>& cells, std::vector<Stray>& strays, std::vector<std::uint32_t>& bad);
+/// True cells of the listed particles of one block; activates what they reach. Call in a fixed order, not in
+/// parallel. A position that is not finite goes to `bad` instead.
+void locate_strays(std::span<const std::uint32_t> listed, std::uint32_t block, const Particles& particles,
+                   SparseGrid& grid, std::vector<CellRanges>& cells, std::vector<Stray>& strays,
+                   std::vector<std::uint32_t>& bad);
 
 /// Moves every stray to its true cell, keeps the order of all others, and releases what is no longer reached.
-void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid, std::vector<CellRanges>& cells);
+void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid,
+                    std::vector<CellRanges>& cells);
 
 /// World position [m] of every particle, in storage order.
-std::vector<Vec3> world_positions(const Particles& particles, const SparseGrid& grid, const std::vector<CellRanges>& cells,
-                                  double cell_size, const Vec3& grid_offset);
+std::vector<Vec3> world_positions(const Particles& particles, const SparseGrid& grid,
+                                  const std::vector<CellRanges>& cells, double cell_size,
+                                  const Vec3& grid_offset);
 
 /// Bytes that a run of these particles will take: state, sort buffers, leaves, tiles.
 struct MemoryEstimate {
   std::size_t particles, blocks, leaves, bytes;
 };
-MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset, bool with_kappa);
+MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset,
+                               bool with_kappa);
 
 }  // namespace anticrack

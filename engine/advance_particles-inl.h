@@ -1,4 +1,5 @@
-// One pass over particles: grid to particle, material, and particle to grid of the next step. Per-target include guard.
+// One pass over particles: grid to particle, material, and particle to grid of the next step. Per-target
+// include guard.
 #if defined(ANTICRACK_ADVANCE_PARTICLES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ANTICRACK_ADVANCE_PARTICLES_INL_H
 #undef ANTICRACK_ADVANCE_PARTICLES_INL_H
@@ -77,7 +78,8 @@ HWY_INLINE Batch<V> load_batch(D d, const ParticlePointers& p, std::size_t i, M 
 }
 
 template <class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
-HWY_INLINE void store_batch(D d, const ParticlePointers& p, std::size_t i, M active, bool has_kappa, const Batch<V>& b) {
+HWY_INLINE void store_batch(D d, const ParticlePointers& p, std::size_t i, M active, bool has_kappa,
+                            const Batch<V>& b) {
   for (int a = 0; a < 3; ++a) hn::BlendedStore(b.s[a], active, d, p.s[a] + i);
   for (int a = 0; a < 3; ++a) hn::BlendedStore(b.v[a], active, d, p.v[a] + i);
   const V* const h[6] = {&b.h.xx, &b.h.yy, &b.h.zz, &b.h.xy, &b.h.xz, &b.h.yz};
@@ -99,20 +101,20 @@ HWY_INLINE V energy_density(D d, const MaterialConstants& m, V trace, V norm) {
   return hn::MulAdd(hn::Set(d, 0.5 * m.bulk_modulus) * trace, trace, hn::Set(d, m.mu) * norm * norm);
 }
 
-/// Lines 7-13 of Algorithm 1: reads the grid at `place` (s relative to the cell of `grid`) and updates the batch in place.
-/// Returns the Hencky strain of the new state; `failed` gets the lanes whose I + dt grad v is inverted or whose strain is
-/// not a number.
+/// Lines 7-13 of Algorithm 1: reads the grid at `place` (s relative to the cell of `grid`) and updates the
+/// batch in place. Returns the Hencky strain of the new state; `failed` gets the lanes whose I + dt grad v is
+/// inverted or whose strain is not a number.
 template <Model model, class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
-HWY_INLINE HenckyStrain<V> advance(D d, const StepConstants& c, const CellPolynomial& grid, const V (&place)[3], M active,
-                                   Batch<V>& b, LaneSums<V>& sums, M& failed) {
+HWY_INLINE HenckyStrain<V> advance(D d, const StepConstants& c, const CellPolynomial& grid,
+                                   const V (&place)[3], M active, Batch<V>& b, LaneSums<V>& sums, M& failed) {
   constexpr bool plastic = model != Model::hencky;
   const V one = hn::Set(d, 1.0), dt_over_dx = hn::Set(d, c.dt / c.cell_size), flip = hn::Set(d, c.flip);
   V L[3][3];  // dt grad v
   for (int a = 0; a < 3; ++a) {
     const Sampled<V> v = sample<true>(d, grid, a, place);
     const Sampled<V> dv = sample<false>(d, grid, a + 4, place);
-    b.s[a] = hn::MulAdd(dt_over_dx, v.value, b.s[a]);                               // line 13
-    b.v[a] = hn::MulAdd(flip, b.v[a] + dv.value - v.value, v.value);                 // line 12
+    b.s[a] = hn::MulAdd(dt_over_dx, v.value, b.s[a]);                 // line 13
+    b.v[a] = hn::MulAdd(flip, b.v[a] + dv.value - v.value, v.value);  // line 12
     for (int e = 0; e < 3; ++e) L[a][e] = dt_over_dx * v.gradient[e];
   }
 
@@ -122,7 +124,8 @@ HWY_INLINE HenckyStrain<V> advance(D d, const StepConstants& c, const CellPolyno
   V m[3][3];
   for (int a = 0; a < 3; ++a)
     for (int e = 0; e < 3; ++e)
-      m[a][e] = hn::MulAdd(L[a][0], full[0][e], hn::MulAdd(L[a][1], full[1][e], hn::MulAdd(L[a][2], full[2][e], L[a][e])));
+      m[a][e] = hn::MulAdd(L[a][0], full[0][e],
+                           hn::MulAdd(L[a][1], full[1][e], hn::MulAdd(L[a][2], full[2][e], L[a][e])));
   V trial[6];
   constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
   for (int e = 0; e < 6; ++e) {
@@ -134,30 +137,35 @@ HWY_INLINE HenckyStrain<V> advance(D d, const StepConstants& c, const CellPolyno
                 L[0][1] * hn::MulSub(L[1][0], one + L[2][2], L[1][2] * L[2][0]) +
                 L[0][2] * hn::MulSub(L[1][0], L[2][1], (one + L[1][1]) * L[2][0]);
   failed = hn::AndNot(det > hn::Zero(d), active);
-  b.h = {hn::IfThenElseZero(active, trial[0]), hn::IfThenElseZero(active, trial[1]), hn::IfThenElseZero(active, trial[2]),
-         hn::IfThenElseZero(active, trial[3]), hn::IfThenElseZero(active, trial[4]), hn::IfThenElseZero(active, trial[5])};
+  b.h = {hn::IfThenElseZero(active, trial[0]), hn::IfThenElseZero(active, trial[1]),
+         hn::IfThenElseZero(active, trial[2]), hn::IfThenElseZero(active, trial[3]),
+         hn::IfThenElseZero(active, trial[4]), hn::IfThenElseZero(active, trial[5])};
 
   HenckyStrain<V> strain = hencky_strain(d, b.h);  // lines 8, 9
-  if constexpr (plastic) {                          // lines 10, 11
+  if constexpr (plastic) {                         // lines 10, 11
     const Returned<D> r = return_to_yield_surface<model>(d, c.material, strain.trace, strain.norm, b.kappa);
     const M yielded = hn::And(active, r.yielded);
     if (!hn::AllFalse(d, yielded)) {
       b.kappa = hn::IfThenElse(yielded, r.kappa, b.kappa);
       const V scale = hn::IfThenElseZero(strain.norm > hn::Zero(d), r.norm / strain.norm);
       const Symmetric<V>& dev = strain.deviator;
-      // Dissipation = 1/2 (tau^n + tau^{n+1}) : dt grad v - (psi^{n+1} - psi^n), the internal work of the leapfrog that this
-      // scheme is, so that the energy balance telescopes: psi_tr - psi - 1/2 (tau_tr - tau) : dt grad v.
-      const V half = hn::Set(d, 0.5), bulk = hn::Set(d, c.material.bulk_modulus), two_mu = hn::Set(d, 2 * c.material.mu);
+      // Dissipation = 1/2 (tau^n + tau^{n+1}) : dt grad v - (psi^{n+1} - psi^n), the internal work of the
+      // leapfrog that this scheme is, so that the energy balance telescopes: psi_tr - psi - 1/2 (tau_tr -
+      // tau) : dt grad v.
+      const V half = hn::Set(d, 0.5), bulk = hn::Set(d, c.material.bulk_modulus),
+              two_mu = hn::Set(d, 2 * c.material.mu);
       const V volumetric = L[0][0] + L[1][1] + L[2][2];
       const V along = hn::MulAdd(dev.xx, L[0][0], hn::MulAdd(dev.yy, L[1][1], dev.zz * L[2][2])) +
-                      hn::MulAdd(dev.xy, L[0][1] + L[1][0], hn::MulAdd(dev.xz, L[0][2] + L[2][0], dev.yz * (L[1][2] + L[2][1])));
+                      hn::MulAdd(dev.xy, L[0][1] + L[1][0],
+                                 hn::MulAdd(dev.xz, L[0][2] + L[2][0], dev.yz * (L[1][2] + L[2][1])));
       const V drop = hn::MulAdd(bulk * (strain.trace - r.trace), volumetric, two_mu * (one - scale) * along);
       const V dissipated = energy_density(d, c.material, strain.trace, strain.norm) -
                            energy_density(d, c.material, r.trace, r.norm) - half * drop;
       sums.plastic_dissipation = sums.plastic_dissipation + hn::IfThenElseZero(yielded, dissipated);
       sums.yielded = sums.yielded + hn::IfThenElseZero(yielded, one);
       const Symmetric<V> returned = left_cauchy_green_minus_identity(
-          d, r.trace, {scale * dev.xx, scale * dev.yy, scale * dev.zz, scale * dev.xy, scale * dev.xz, scale * dev.yz});
+          d, r.trace,
+          {scale * dev.xx, scale * dev.yy, scale * dev.zz, scale * dev.xy, scale * dev.xz, scale * dev.yz});
       b.h = {hn::IfThenElse(yielded, returned.xx, b.h.xx), hn::IfThenElse(yielded, returned.yy, b.h.yy),
              hn::IfThenElse(yielded, returned.zz, b.h.zz), hn::IfThenElse(yielded, returned.xy, b.h.xy),
              hn::IfThenElse(yielded, returned.xz, b.h.xz), hn::IfThenElse(yielded, returned.yz, b.h.yz)};
@@ -169,10 +177,12 @@ HWY_INLINE HenckyStrain<V> advance(D d, const StepConstants& c, const CellPolyno
   return strain;
 }
 
-/// Lines 2-4 for the lanes `active`, at `place` in the cell whose lowest node is `nodes`; and what the observables need.
+/// Lines 2-4 for the lanes `active`, at `place` in the cell whose lowest node is `nodes`; and what the
+/// observables need.
 template <class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
-HWY_INLINE void scatter(D d, const StepConstants& c, const V (&place)[3], M active, const Batch<V>& b, const HenckyStrain<V>& strain,
-                        Node* nodes, int stride_x, int stride_y, bool observe, LaneSums<V>& sums) {
+HWY_INLINE void scatter(D d, const StepConstants& c, const V (&place)[3], M active, const Batch<V>& b,
+                        const HenckyStrain<V>& strain, Node* nodes, int stride_x, int stride_y, bool observe,
+                        LaneSums<V>& sums) {
   const V two_mu = hn::Set(d, 2 * c.material.mu);
   const V trace = hn::IfThenElseZero(active, strain.trace), norm = hn::IfThenElseZero(active, strain.norm);
   const V minus_p = hn::Set(d, c.material.bulk_modulus) * trace;
@@ -185,18 +195,20 @@ HWY_INLINE void scatter(D d, const StepConstants& c, const V (&place)[3], M acti
                          hn::IfThenElseZero(active, two_mu * dev.yz)};  // Eq. 7
   const V f = hn::Set(d, -c.volume / c.cell_size);
   const V mass = hn::IfThenElseZero(active, hn::Set(d, c.mass));
-  const V v[3] = {hn::IfThenElseZero(active, b.v[0]), hn::IfThenElseZero(active, b.v[1]), hn::IfThenElseZero(active, b.v[2])};
+  const V v[3] = {hn::IfThenElseZero(active, b.v[0]), hn::IfThenElseZero(active, b.v[1]),
+                  hn::IfThenElseZero(active, b.v[2])};
   const V momentum[3] = {mass * v[0], mass * v[1], mass * v[2]};
   const V s[3] = {hn::IfThenElseZero(active, place[0]), hn::IfThenElseZero(active, place[1]),
                   hn::IfThenElseZero(active, place[2])};
-  add_to_cell(d, s, momentum, mass, {f * tau.xx, f * tau.yy, f * tau.zz, f * tau.xy, f * tau.xz, f * tau.yz}, nodes, stride_x,
-              stride_y);
+  add_to_cell(d, s, momentum, mass, {f * tau.xx, f * tau.yy, f * tau.zz, f * tau.xy, f * tau.xz, f * tau.yz},
+              nodes, stride_x, stride_y);
 
   const V speed_squared = hn::MulAdd(v[0], v[0], hn::MulAdd(v[1], v[1], v[2] * v[2]));
   const V q = hn::Set(d, std::sqrt(6.0) * c.material.mu) * norm;  // sqrt(3/2) |dev tau|
   sums.speed_squared = sums.speed_squared + speed_squared;
   sums.max_speed_squared = hn::Max(sums.max_speed_squared, speed_squared);
-  sums.max_compression = hn::Max(sums.max_compression, hn::MulAdd(hn::Set(d, 2.0 / 3.0), q, hn::Neg(minus_p)));
+  sums.max_compression =
+      hn::Max(sums.max_compression, hn::MulAdd(hn::Set(d, 2.0 / 3.0), q, hn::Neg(minus_p)));
   if (HWY_UNLIKELY(observe)) {
     const V J = hn::IfThenElseZero(active, hn::Exp(d, trace));
     const V* const t[6] = {&tau.xx, &tau.yy, &tau.zz, &tau.xy, &tau.xz, &tau.yz};
@@ -212,12 +224,14 @@ HWY_INLINE void scatter(D d, const StepConstants& c, const V (&place)[3], M acti
 template <class D, class M = hn::Mask<D>>
 HWY_INLINE void note_failure(D d, M failed, std::size_t first, BlockResult& result) {
   if (HWY_UNLIKELY(!hn::AllFalse(d, failed)) && !result.failure)
-    result.failure = {std::uint32_t(first + hn::FindFirstTrue(d, failed)), "det(I + dt grad v), or its elastic strain,"};
+    result.failure = {std::uint32_t(first + hn::FindFirstTrue(d, failed)),
+                      "det(I + dt grad v), or its elastic strain,"};
 }
 
 /// The particles at home in a block; `advancing` false: particle to grid alone.
 template <Model model, bool advancing>
-void pass_over_block(const StepConstants& c, const ParticlePointers& p, const BlockView& block, bool observe, BlockResult& result) {
+void pass_over_block(const StepConstants& c, const ParticlePointers& p, const BlockView& block, bool observe,
+                     BlockResult& result) {
   using D = hn::CappedTag<double, 8>;
   using V = hn::Vec<D>;
   const D d;
@@ -231,8 +245,8 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
       for (int y = 0; y < tile_edge; ++y)
         for (int oz = 0; oz < 2; ++oz) {
           const Node* leaf = block.leaf[(x >> 2) * 4 + (y >> 2) * 2 + oz];
-          std::memcpy(static_cast<void*>(&nodes[x * stride_x + y * stride_y + 4 * oz]), leaf + leaf_index(x & 3, y & 3, 0),
-                      (oz ? tile_edge - 4 : 4) * sizeof(Node));
+          std::memcpy(static_cast<void*>(&nodes[x * stride_x + y * stride_y + 4 * oz]),
+                      leaf + leaf_index(x & 3, y & 3, 0), (oz ? tile_edge - 4 : 4) * sizeof(Node));
         }
   std::memset(static_cast<void*>(block.tile), 0, sizeof(Tile));
 
@@ -262,7 +276,8 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
       scatter(d, c, b.s, staying, b, strain, &(*block.tile)[first_node], stride_x, stride_y, observe, sums);
       if (HWY_UNLIKELY(!hn::AllTrue(d, hn::Or(staying, hn::Not(stored)))))
         for (std::size_t l = i; l < std::min(i + lanes, end); ++l)
-          if (!(p.s[0][l] >= 0 && p.s[0][l] <= 1 && p.s[1][l] >= 0 && p.s[1][l] <= 1 && p.s[2][l] >= 0 && p.s[2][l] <= 1))
+          if (!(p.s[0][l] >= 0 && p.s[0][l] <= 1 && p.s[1][l] >= 0 && p.s[1][l] <= 1 && p.s[2][l] >= 0 &&
+                p.s[2][l] <= 1))
             result.strays.push_back(std::uint32_t(l));
     }
   }
@@ -277,8 +292,8 @@ HWY_INLINE void shifted(const Batch<hn::Vec<OneLane>>& b, const Index3& shift, h
 }
 
 template <Model model>
-void advance_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle, const Node nodes[27], const Index3& shift,
-                 BlockResult& result) {
+void advance_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
+                 const Node nodes[27], const Index3& shift, BlockResult& result) {
   const OneLane d;
   constexpr bool plastic = model != Model::hencky;
   const auto all = hn::FirstN(d, 1);
@@ -296,8 +311,8 @@ void advance_one(const StepConstants& c, const ParticlePointers& p, std::uint32_
 }
 
 template <Model model>
-void scatter_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle, const Index3& shift, Node* first,
-                 bool observe, ParticleSums& out) {
+void scatter_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
+                 const Index3& shift, Node* first, bool observe, ParticleSums& out) {
   const OneLane d;
   const auto all = hn::FirstN(d, 1);
   const Batch<hn::Vec<OneLane>> b = load_batch(d, p, particle, all, model != Model::hencky);

@@ -4,9 +4,10 @@ namespace anticrack {
 
 /// Quadratic B-spline of Eq. 12 seen from a particle's dual cell.
 ///
-/// A particle at grid coordinate X = x / dx reaches the nodes base, base + 1, base + 2 with base = floor(X - 1/2). Its
-/// dual cell is named by `base`, and s = X - 1/2 - base in [0, 1] is its place there. Within a dual cell the weights are
-/// plain polynomials in s; they and their first derivatives join continuously at s = 0 and s = 1.
+/// A particle at grid coordinate X = x / dx reaches the nodes base, base + 1, base + 2 with base = floor(X -
+/// 1/2). Its dual cell is named by `base`, and s = X - 1/2 - base in [0, 1] is its place there. Within a dual
+/// cell the weights are plain polynomials in s; they and their first derivatives join continuously at s = 0
+/// and s = 1.
 template <class Real>
 struct QuadraticBSpline {
   Real w[3];   ///< N at the three nodes

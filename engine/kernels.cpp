@@ -21,41 +21,45 @@ namespace HWY_NAMESPACE {
 /// The compiled combinations of per-particle code.
 #define ANTICRACK_MODELS(use) use(hencky) use(drucker_prager_implicit) use(drucker_prager_paper)
 
-void advance_block(Model model, const StepConstants& c, const ParticlePointers& p, const BlockView& block, bool observe,
-                   BlockResult& result) {
+void advance_block(Model model, const StepConstants& c, const ParticlePointers& p, const BlockView& block,
+                   bool observe, BlockResult& result) {
   switch (model) {
-#define USE(name) \
-  case Model::name: return pass_over_block<Model::name, true>(c, p, block, observe, result);
+#define USE(name)   \
+  case Model::name: \
+    return pass_over_block<Model::name, true>(c, p, block, observe, result);
     ANTICRACK_MODELS(USE)
 #undef USE
   }
 }
 
-void scatter_block(Model model, const StepConstants& c, const ParticlePointers& p, const BlockView& block, bool observe,
-                   BlockResult& result) {
+void scatter_block(Model model, const StepConstants& c, const ParticlePointers& p, const BlockView& block,
+                   bool observe, BlockResult& result) {
   switch (model) {
-#define USE(name) \
-  case Model::name: return pass_over_block<Model::name, false>(c, p, block, observe, result);
+#define USE(name)   \
+  case Model::name: \
+    return pass_over_block<Model::name, false>(c, p, block, observe, result);
     ANTICRACK_MODELS(USE)
 #undef USE
   }
 }
 
-void advance_stray(Model model, const StepConstants& c, const ParticlePointers& p, std::uint32_t particle, const Node nodes[27],
-                   const Index3& shift, BlockResult& result) {
+void advance_stray(Model model, const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
+                   const Node nodes[27], const Index3& shift, BlockResult& result) {
   switch (model) {
-#define USE(name) \
-  case Model::name: return advance_one<Model::name>(c, p, particle, nodes, shift, result);
+#define USE(name)   \
+  case Model::name: \
+    return advance_one<Model::name>(c, p, particle, nodes, shift, result);
     ANTICRACK_MODELS(USE)
 #undef USE
   }
 }
 
-void scatter_stray(Model model, const StepConstants& c, const ParticlePointers& p, std::uint32_t particle, const Index3& shift,
-                   Node* first, bool observe, ParticleSums& sums) {
+void scatter_stray(Model model, const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
+                   const Index3& shift, Node* first, bool observe, ParticleSums& sums) {
   switch (model) {
-#define USE(name) \
-  case Model::name: return scatter_one<Model::name>(c, p, particle, shift, first, observe, sums);
+#define USE(name)   \
+  case Model::name: \
+    return scatter_one<Model::name>(c, p, particle, shift, first, observe, sums);
     ANTICRACK_MODELS(USE)
 #undef USE
   }
@@ -80,19 +84,22 @@ void inverse_hencky(std::span<const std::array<double, 6>> strain, std::span<std
     const double trace = e[0] + e[1] + e[2];
     const auto at = [&](double x) HWY_ATTR { return hn::Set(d, x); };
     const auto out = left_cauchy_green_minus_identity(
-        d, at(trace), {at(e[0] - trace / 3), at(e[1] - trace / 3), at(e[2] - trace / 3), at(e[3]), at(e[4]), at(e[5])});
+        d, at(trace),
+        {at(e[0] - trace / 3), at(e[1] - trace / 3), at(e[2] - trace / 3), at(e[3]), at(e[4]), at(e[5])});
     h[i] = {hn::GetLane(out.xx), hn::GetLane(out.yy), hn::GetLane(out.zz),
             hn::GetLane(out.xy), hn::GetLane(out.xz), hn::GetLane(out.yz)};
   }
 }
 
-void return_mapping(Model model, const MaterialConstants& m, std::span<std::array<double, 3>> state, std::span<bool> yielded) {
+void return_mapping(Model model, const MaterialConstants& m, std::span<std::array<double, 3>> state,
+                    std::span<bool> yielded) {
   const OneLane d;
   for (std::size_t i = 0; i < state.size(); ++i) {
     auto& [trace, norm, kappa] = state[i];
     const auto e = hn::Set(d, trace), S = hn::Set(d, norm), k = hn::Set(d, kappa);
     if (model == Model::hencky) continue;
-    const auto r = model == Model::drucker_prager_paper ? return_paper(d, m, e, S, k) : return_implicit(d, m, e, S, k);
+    const auto r =
+        model == Model::drucker_prager_paper ? return_paper(d, m, e, S, k) : return_implicit(d, m, e, S, k);
     trace = hn::GetLane(r.trace);
     norm = hn::GetLane(r.norm);
     kappa = hn::GetLane(r.kappa);
@@ -101,8 +108,15 @@ void return_mapping(Model model, const MaterialConstants& m, std::span<std::arra
 }
 
 Kernels make_kernels() {
-  return {hwy::TargetName(HWY_TARGET), advance_block, scatter_block, advance_stray, scatter_stray, update_leaf,
-          hencky, inverse_hencky, return_mapping};
+  return {hwy::TargetName(HWY_TARGET),
+          advance_block,
+          scatter_block,
+          advance_stray,
+          scatter_stray,
+          update_leaf,
+          hencky,
+          inverse_hencky,
+          return_mapping};
 }
 
 }  // namespace HWY_NAMESPACE
@@ -125,7 +139,11 @@ Model model_of(const Material& material, ReturnMapping mapping) {
 }
 
 MaterialConstants::MaterialConstants(const Material& material)
-    : bulk_modulus(material.elasticity.bulk_modulus()), mu(material.elasticity.mu()), friction_factor(0), cohesion(0), softening(0) {
+    : bulk_modulus(material.elasticity.bulk_modulus()),
+      mu(material.elasticity.mu()),
+      friction_factor(0),
+      cohesion(0),
+      softening(0) {
   if (const auto& plasticity = material.plasticity) {
     friction_factor = plasticity->friction / (std::sqrt(6.0) * mu);
     cohesion = plasticity->cohesion;
@@ -147,7 +165,8 @@ void ParticleSums::add(const ParticleSums& other) {
   plastic += other.plastic;
 }
 
-ParticlePointers::ParticlePointers(Particles& particles) : kappa(particles.kappa.size() ? particles.kappa.data() : nullptr) {
+ParticlePointers::ParticlePointers(Particles& particles)
+    : kappa(particles.kappa.size() ? particles.kappa.data() : nullptr) {
   for (int a = 0; a < 3; ++a) s[a] = particles.s[a].data();
   for (int a = 0; a < 3; ++a) v[a] = particles.v[a].data();
   for (int e = 0; e < 6; ++e) h[e] = particles.h[e].data();

@@ -30,28 +30,28 @@ struct MaterialConstants {
 
 /// Constants of one step.
 struct StepConstants {
-  double dt;          ///< [s]
-  double cell_size;   ///< dx [m]
-  double flip;        ///< alpha_f of this step [-]
-  double mass;        ///< of a particle [kg]
-  double volume;      ///< of a particle at the start, V0 [m^3]
+  double dt;         ///< [s]
+  double cell_size;  ///< dx [m]
+  double flip;       ///< alpha_f of this step [-]
+  double mass;       ///< of a particle [kg]
+  double volume;     ///< of a particle at the start, V0 [m^3]
   MaterialConstants material;
 };
 
 /// Sums over particles; those of a block are formed in a fixed order, so they do not depend on threads.
 struct ParticleSums {
-  double speed_squared = 0;        ///< sum v.v [m^2/s^2]
-  double max_speed_squared = 0;    ///< [m^2/s^2]
-  double max_compression = 0;      ///< bound p + 2/3 q of the largest compressive principal Kirchhoff stress [Pa]
+  double speed_squared = 0;      ///< sum v.v [m^2/s^2]
+  double max_speed_squared = 0;  ///< [m^2/s^2]
+  double max_compression = 0;  ///< bound p + 2/3 q of the largest compressive principal Kirchhoff stress [Pa]
   double plastic_dissipation = 0;  ///< density over the particles that yielded in this step [Pa]
   double yielded = 0;              ///< particles that yielded in this step
   // Below: only when observing.
-  double tau[6] = {};              ///< Kirchhoff stress [Pa], xx yy zz xy xz yz
-  double q = 0;                    ///< von Mises equivalent stress [Pa]
-  double tau_J[6] = {};            ///< tau J [Pa], J = det F^E
+  double tau[6] = {};    ///< Kirchhoff stress [Pa], xx yy zz xy xz yz
+  double q = 0;          ///< von Mises equivalent stress [Pa]
+  double tau_J[6] = {};  ///< tau J [Pa], J = det F^E
   double J = 0;
-  double elastic_energy = 0;       ///< psi, Eq. 6 [Pa]
-  double plastic = 0;              ///< particles with kappa > 0
+  double elastic_energy = 0;  ///< psi, Eq. 6 [Pa]
+  double plastic = 0;         ///< particles with kappa > 0
 
   void add(const ParticleSums& other);
 };
@@ -78,27 +78,31 @@ struct ParticlePointers {
 
 /// A block as the kernels see it.
 struct BlockView {
-  const Node* leaf[8];              ///< nodes to read
-  Tile* tile;                       ///< nodes to write
-  const std::uint32_t* cell_begin;  ///< 65 entries: particles of cell c are [cell_begin[c], cell_begin[c + 1])
+  const Node* leaf[8];  ///< nodes to read
+  Tile* tile;           ///< nodes to write
+  const std::uint32_t*
+      cell_begin;  ///< 65 entries: particles of cell c are [cell_begin[c], cell_begin[c + 1])
 };
 
-/// The kernels of the best instruction set of this CPU. Bits may differ between instruction sets, nothing else does.
+/// The kernels of the best instruction set of this CPU. Bits may differ between instruction sets, nothing
+/// else does.
 struct Kernels {
   const char* simd;  ///< name of the instruction set
 
   /// Algorithm 1, lines 7-13, then lines 2-4 of the next step, for the particles at home in the block.
-  void (*advance_block)(Model, const StepConstants&, const ParticlePointers&, const BlockView&, bool observe, BlockResult&);
+  void (*advance_block)(Model, const StepConstants&, const ParticlePointers&, const BlockView&, bool observe,
+                        BlockResult&);
   /// Lines 2-4 alone: at the start of a run.
-  void (*scatter_block)(Model, const StepConstants&, const ParticlePointers&, const BlockView&, bool observe, BlockResult&);
+  void (*scatter_block)(Model, const StepConstants&, const ParticlePointers&, const BlockView&, bool observe,
+                        BlockResult&);
   /// Lines 7-13 for one stray, whose true cell has the given 27 nodes and lies `shift` cells from its own.
-  void (*advance_stray)(Model, const StepConstants&, const ParticlePointers&, std::uint32_t particle, const Node nodes[27],
-                        const Index3& shift, BlockResult&);
+  void (*advance_stray)(Model, const StepConstants&, const ParticlePointers&, std::uint32_t particle,
+                        const Node nodes[27], const Index3& shift, BlockResult&);
   /// Lines 2-4 for one stray: into its true cell, whose lowest node is `first` of a tile.
-  void (*scatter_stray)(Model, const StepConstants&, const ParticlePointers&, std::uint32_t particle, const Index3& shift,
-                        Node* first, bool observe, ParticleSums&);
-  /// Lines 2, 3 and 5 for one leaf: sums its tiles (nullptr where there is none) and updates the velocity. Returns the
-  /// kinetic energy before and after [J].
+  void (*scatter_stray)(Model, const StepConstants&, const ParticlePointers&, std::uint32_t particle,
+                        const Index3& shift, Node* first, bool observe, ParticleSums&);
+  /// Lines 2, 3 and 5 for one leaf: sums its tiles (nullptr where there is none) and updates the velocity.
+  /// Returns the kinetic energy before and after [J].
   std::array<double, 2> (*update_leaf)(double dt, const std::array<const Tile*, 8>& tiles, Node* nodes);
 
   /// Hencky strain of h = b - I: `strain` gets xx yy zz xy xz yz; NaN where b is not positive definite.
@@ -106,7 +110,8 @@ struct Kernels {
   /// h of a Hencky strain.
   void (*inverse_hencky)(std::span<const std::array<double, 6>> strain, std::span<std::array<double, 6>> h);
   /// Return mapping of {tr eps, |dev eps|, kappa}; `yielded` may be empty.
-  void (*return_mapping)(Model, const MaterialConstants&, std::span<std::array<double, 3>> state, std::span<bool> yielded);
+  void (*return_mapping)(Model, const MaterialConstants&, std::span<std::array<double, 3>> state,
+                         std::span<bool> yielded);
 };
 
 const Kernels& kernels();

@@ -16,9 +16,10 @@ enum class TimeStepRule {
 /// Choices of the scheme; the defaults are the recommended ones.
 struct Numerics {
   TimeStepRule time_step = TimeStepRule::safe;
-  double time_step_factor = 1.0;    ///< multiplies the rule's limit, in (0, 1]
-  double flip = 0.99;               ///< alpha_f a step, in [0, 1]; Algorithm 1
-  std::optional<double> flip_time;  ///< [s], > 0; then alpha_f = exp(-dt / flip_time), independent of the step
+  double time_step_factor = 1.0;  ///< multiplies the rule's limit, in (0, 1]
+  double flip = 0.99;             ///< alpha_f a step, in [0, 1]; Algorithm 1
+  std::optional<double>
+      flip_time;  ///< [s], > 0; then alpha_f = exp(-dt / flip_time), independent of the step
   WallRule wall_rule = WallRule::ghost;
   ReturnMapping return_mapping = ReturnMapping::implicit;
   std::array<double, 3> grid_offset = {0, 0, 0};  ///< [cells]; shifts the node lattice against the sample

@@ -37,18 +37,18 @@ class AlignedArray {
 
 /// State of the particles: one array a component, 13 doubles a particle (12 without plasticity).
 ///
-/// The particles of a block (4 x 4 x 4 dual cells) lie together, sorted by cell. Positions are relative to the cell
-/// under which a particle is stored, so they keep their digits anywhere in space. A particle with a component of s outside
-/// [0, 1] has left that cell since the last sort: it is a *stray* until the next one.
+/// The particles of a block (4 x 4 x 4 dual cells) lie together, sorted by cell. Positions are relative to
+/// the cell under which a particle is stored, so they keep their digits anywhere in space. A particle with a
+/// component of s outside [0, 1] has left that cell since the last sort: it is a *stray* until the next one.
 struct Particles {
   static constexpr int components = 12;  ///< s (3), v (3), h (6)
 
   std::size_t count = 0;
-  AlignedArray s[3];                ///< place in the dual cell [cells]
-  AlignedArray v[3];                ///< velocity [m/s]
-  AlignedArray h[6];                ///< b^E - I [-], order xx yy zz xy xz yz
-  AlignedArray kappa;               ///< accumulated |dev eps^p| [-]; empty without plasticity
-  std::vector<std::uint32_t> id;    ///< seeding order
+  AlignedArray s[3];              ///< place in the dual cell [cells]
+  AlignedArray v[3];              ///< velocity [m/s]
+  AlignedArray h[6];              ///< b^E - I [-], order xx yy zz xy xz yz
+  AlignedArray kappa;             ///< accumulated |dev eps^p| [-]; empty without plasticity
+  std::vector<std::uint32_t> id;  ///< seeding order
 
   std::size_t bytes_per_particle() const {
     return (components + (kappa.size() ? 1 : 0)) * sizeof(double) + sizeof(std::uint32_t);

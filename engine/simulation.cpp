@@ -16,31 +16,43 @@ Simulation::Simulation(const SimulationSetup& setup)
     : setup_(setup),
       model_(model_of(setup.material, setup.numerics.return_mapping)),
       mass_(setup.material.density * setup.particle_volume),
-      walls_(setup.loading, setup.numerics.wall_rule, setup.box_size, setup.cell_size, Vec3(setup.numerics.grid_offset.data()),
-             elastic_wave_speed(setup.material)) {
+      walls_(setup.loading, setup.numerics.wall_rule, setup.box_size, setup.cell_size,
+             Vec3(setup.numerics.grid_offset.data()), elastic_wave_speed(setup.material)) {
   for (int a = 0; a < 3; ++a)
     if (setup.box_size[a] < 4 * setup.cell_size)
-      throw InputError("sample box of " + std::to_string(setup.box_size[a] / setup.cell_size) +
-                       " cells along an axis; expected at least 4, so that opposite walls do not act on the same nodes");
+      throw InputError(
+          "sample box of " + std::to_string(setup.box_size[a] / setup.cell_size) +
+          " cells along an axis; expected at least 4, so that opposite walls do not act on the same nodes");
 }
 
-Simulation::Simulation(const SimulationSetup& setup, std::span<const Vec3> positions) : Simulation(setup) {
-  place_particles(positions, setup.cell_size, Vec3(setup.numerics.grid_offset.data()), setup.material.plasticity.has_value(),
-                  particles_, grid_, cells_);
+Simulation::Simulation(const SimulationSetup& setup, std::span<const Vec3> positions,
+                       std::span<const Vec3> velocities)
+    : Simulation(setup) {
+  if (!velocities.empty() && velocities.size() != positions.size())
+    throw InputError(std::to_string(velocities.size()) + " velocities for " +
+                     std::to_string(positions.size()) + " particles");
+  place_particles(positions, setup.cell_size, Vec3(setup.numerics.grid_offset.data()),
+                  setup.material.plasticity.has_value(), particles_, grid_, cells_);
+  if (!velocities.empty())
+    for (std::size_t i = 0; i < particles_.count; ++i)
+      for (int a = 0; a < 3; ++a) particles_.v[a][i] = velocities[particles_.id[i]][a];
   scatter_particles({});
 }
 
 void Simulation::step(bool observe) {
-  const double dt = next_time_step();                          // line 1
+  check_walls();
+  const double dt = next_time_step();  // line 1
   const double kinetic_before = kinetic_energy();
   const auto [grid_before, grid_after] = update_grid_velocity(dt);  // lines 2, 3, 5
-  const WallAction action = walls_.apply(grid_, time_);        // line 6
+  const WallAction action = walls_.apply(grid_, time_);             // line 6
   sort_if_due();
-  advance_particles(dt, observe);                              // lines 7-13, and 2-4 of the next step
+  advance_particles(dt, observe);  // lines 7-13, and 2-4 of the next step
   walls_.move(time_, dt);
 
-  // Energy lost by particle -> grid and by grid -> particle, each measured where it happens.
-  ledger_.numerical_dissipation += (kinetic_before - grid_before) + (grid_after + action.kinetic_change - kinetic_energy());
+  // Energy lost by particle -> grid, by grid -> particle and at the walls, each measured where it happens.
+  ledger_.numerical_dissipation += (kinetic_before - grid_before) +
+                                   (grid_after + action.kinetic_change - kinetic_energy()) +
+                                   action.impact_loss;
   ledger_.plastic_dissipation += setup_.particle_volume * sums_.plastic_dissipation;
   ledger_.wall_work += action.work;
   ledger_.generalized_impulse += action.generalized_impulse;
@@ -51,8 +63,10 @@ void Simulation::step(bool observe) {
 }
 
 double Simulation::next_time_step() const {
-  const double max_speed = std::max(std::sqrt(sums_.max_speed_squared), walls_.ramp(time_) * walls_.max_speed());
-  return adaptive_time_step(setup_.numerics, setup_.cell_size, setup_.material, sums_.max_compression, max_speed);
+  const double max_speed =
+      std::max(std::sqrt(sums_.max_speed_squared), walls_.ramp(time_) * walls_.max_speed());
+  return adaptive_time_step(setup_.numerics, setup_.cell_size, setup_.material, sums_.max_compression,
+                            max_speed);
 }
 
 double Simulation::flip_of_step(double dt) const {
@@ -60,7 +74,8 @@ double Simulation::flip_of_step(double dt) const {
 }
 
 StepConstants Simulation::constants(double dt) const {
-  return {dt, setup_.cell_size, flip_of_step(dt), mass_, setup_.particle_volume, MaterialConstants(setup_.material)};
+  return {dt,    setup_.cell_size,       flip_of_step(dt),
+          mass_, setup_.particle_volume, MaterialConstants(setup_.material)};
 }
 
 std::array<double, 2> Simulation::update_grid_velocity(double dt) {
@@ -68,7 +83,8 @@ std::array<double, 2> Simulation::update_grid_velocity(double dt) {
   tbb::parallel_for(std::size_t(0), kinetic.size(), [&](std::size_t l) {
     const SparseGrid::Leaf& leaf = grid_.leaves()[l];
     std::array<const Tile*, 8> tiles;
-    for (int o = 0; o < 8; ++o) tiles[o] = leaf.block[o] == SparseGrid::none ? nullptr : &grid_.tile(leaf.block[o]);
+    for (int o = 0; o < 8; ++o)
+      tiles[o] = leaf.block[o] == SparseGrid::none ? nullptr : &grid_.tile(leaf.block[o]);
     kinetic[l] = kernels().update_leaf(dt, tiles, leaf.nodes);
   });
   std::array<double, 2> sum{};
@@ -134,7 +150,8 @@ ParticleSums Simulation::advance_strays(const StepConstants& c) {
       const SparseGrid::Block& block = grid_.blocks()[stray.block];
       Node nodes[27];
       for (int k = 0; k < 27; ++k) {
-        const int x = (stray.cell >> 4) + k / 9, y = (stray.cell >> 2 & 3) + k / 3 % 3, z = (stray.cell & 3) + k % 3;
+        const int x = (stray.cell >> 4) + k / 9, y = (stray.cell >> 2 & 3) + k / 3 % 3,
+                  z = (stray.cell & 3) + k % 3;
         const std::uint32_t leaf = block.leaf[(x >> 2) * 4 + (y >> 2) * 2 + (z >> 2)];
         nodes[k] = grid_.leaves()[leaf].nodes[leaf_index(x & 3, y & 3, z & 3)];
       }
@@ -151,7 +168,8 @@ ParticleSums Simulation::advance_strays(const StepConstants& c) {
 
 void Simulation::scatter_strays(const StepConstants& c, bool observe) {
   if (strays_.empty()) return;
-  // One task a block, its strays in order of particle: no two tasks write the same tile, and the order is always the same.
+  // One task a block, its strays in order of particle: no two tasks write the same tile, and the order is
+  // always the same.
   std::vector<std::uint32_t> order(strays_.size());
   for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -166,7 +184,9 @@ void Simulation::scatter_strays(const StepConstants& c, bool observe) {
   tbb::parallel_for(std::size_t(0), sums.size(), [&](std::size_t n) {
     for (std::uint32_t i = first[n]; i < first[n + 1]; ++i) {
       const Stray& stray = strays_[order[i]];
-      Node* nodes = &grid_.tile(stray.block)[((stray.cell >> 4) * tile_edge + (stray.cell >> 2 & 3)) * tile_edge + (stray.cell & 3)];
+      Node* nodes = &grid_.tile(
+          stray
+              .block)[((stray.cell >> 4) * tile_edge + (stray.cell >> 2 & 3)) * tile_edge + (stray.cell & 3)];
       kernels().scatter_stray(model_, c, pointers, stray.particle, stray.shift, nodes, observe, sums[n]);
     }
   });
@@ -174,26 +194,40 @@ void Simulation::scatter_strays(const StepConstants& c, bool observe) {
 }
 
 void Simulation::sort_if_due() {
-  // A stray costs about five particles, a sort about half a pass over all: sort when the strays since the last one have cost
-  // as much as it does. The tiles have just been summed, so blocks may change now.
+  // A stray costs about five particles, a sort about half a pass over all: sort when the strays since the
+  // last one have cost as much as it does. The tiles have just been summed, so blocks may change now.
   if (strays_.empty() || 10 * sort_debt_ < double(particles_.count)) return;
   sort_particles(strays_, particles_, grid_, cells_);
   sort_debt_ = 0;
 }
 
 std::size_t Simulation::bytes() const {
-  return particles_.count * (particles_.bytes_per_particle()) + grid_.bytes() + cells_.size() * sizeof(CellRanges);
+  return particles_.count * (particles_.bytes_per_particle()) + grid_.bytes() +
+         cells_.size() * sizeof(CellRanges);
 }
 
 std::vector<Vec3> Simulation::positions() const {
-  return world_positions(particles_, grid_, cells_, setup_.cell_size, Vec3(setup_.numerics.grid_offset.data()));
+  return world_positions(particles_, grid_, cells_, setup_.cell_size,
+                         Vec3(setup_.numerics.grid_offset.data()));
+}
+
+void Simulation::check_walls() const {
+  const Vec3 gap = (walls_.upper() - walls_.lower()) / setup_.cell_size;
+  for (int a = 0; a < 3; ++a)
+    if (!(gap[a] >= 3)) {
+      std::ostringstream message;
+      message << "step " << step_ + 1 << ", t = " << time_ << " s: the walls along "
+              << "xyz"[a] << " have come within " << gap[a]
+              << " cells of each other; expected at least 3, so that they do not act on the same nodes";
+      throw NumericalError(message.str());
+    }
 }
 
 void Simulation::fail(std::uint32_t particle, const std::string& quantity) const {
   std::ostringstream message;
   message.precision(10);
-  message << "step " << step_ + 1 << ", t = " << time_ << " s: " << quantity << " of particle " << particles_.id[particle]
-          << " is not finite or not positive";
+  message << "step " << step_ + 1 << ", t = " << time_ << " s: " << quantity << " of particle "
+          << particles_.id[particle] << " is not finite or not positive";
   throw NumericalError(message.str());
 }
 

@@ -18,9 +18,9 @@ namespace anticrack {
 
 /// A sample and what happens to it.
 struct SimulationSetup {
-  Vec3 box_size;          ///< [m]; the sample box is [0, box_size]
-  double particle_volume; ///< V0 of every particle [m^3]
-  double cell_size;       ///< dx [m]
+  Vec3 box_size;           ///< [m]; the sample box is [0, box_size]
+  double particle_volume;  ///< V0 of every particle [m^3]
+  double cell_size;        ///< dx [m]
   Material material;
   Loading loading;
   Numerics numerics;
@@ -29,21 +29,24 @@ struct SimulationSetup {
 /// What accumulates over a run. All energies in J.
 struct Ledger {
   double plastic_dissipation = 0;
-  double numerical_dissipation = 0;  ///< lost by the transfers between particles and grid, measured on both sides
-  double wall_work = 0;              ///< done by the walls
+  double numerical_dissipation =
+      0;                 ///< lost by the transfers between particles and grid and in impacts on the walls
+  double wall_work = 0;  ///< done by the walls
   std::array<double, 6> wall_impulse{};  ///< along +axis [N s]
   double generalized_impulse = 0;        ///< see WallAction
 };
 
 /// The explicit elastoplastic material point method, Algorithm 1 of Blatny et al. (2021).
 ///
-/// One pass over the particles a step: it ends step n (lines 7-13) and scatters for step n + 1 (lines 2-4), which does not need
-/// the time step. Results do not depend on the number of threads.
+/// One pass over the particles a step: it ends step n (lines 7-13) and scatters for step n + 1 (lines 2-4),
+/// which does not need the time step. Results do not depend on the number of threads.
 class Simulation {
  public:
-  /// @param positions  [m], one per particle, inside the box
+  /// @param positions   [m], one per particle, inside the box
+  /// @param velocities  [m/s], one per particle; empty: at rest
   /// @throws InputError
-  Simulation(const SimulationSetup& setup, std::span<const Vec3> positions);
+  Simulation(const SimulationSetup& setup, std::span<const Vec3> positions,
+             std::span<const Vec3> velocities = {});
 
   /// Continues from a checkpoint of the same setup, with the same bits. @throws FileError
   Simulation(const SimulationSetup& setup, CheckpointReader& checkpoint);
@@ -56,9 +59,9 @@ class Simulation {
   void step(bool observe);
 
   std::int64_t steps() const { return step_; }
-  double time() const { return time_; }             ///< [s]
-  double dt() const { return dt_; }                 ///< of the last step [s]
-  double next_time_step() const;                    ///< [s]
+  double time() const { return time_; }  ///< [s]
+  double dt() const { return dt_; }      ///< of the last step [s]
+  double next_time_step() const;         ///< [s]
   const ParticleSums& observed() const { return sums_; }
   const Ledger& ledger() const { return ledger_; }
   double kinetic_energy() const { return 0.5 * mass_ * sums_.speed_squared; }  ///< of the particles [J]
@@ -67,10 +70,10 @@ class Simulation {
   const Particles& particles() const { return particles_; }
   const std::vector<CellRanges>& cells() const { return cells_; }
   const SimulationSetup& setup() const { return setup_; }
-  double particle_mass() const { return mass_; }    ///< [kg]
+  double particle_mass() const { return mass_; }  ///< [kg]
   std::size_t stray_count() const { return strays_.size(); }
   std::size_t bytes() const;
-  std::vector<Vec3> positions() const;              ///< [m], storage order
+  std::vector<Vec3> positions() const;  ///< [m], storage order
 
  private:
   explicit Simulation(const SimulationSetup& setup);
@@ -83,6 +86,7 @@ class Simulation {
   void collect_strays(std::span<BlockResult> results);
   void scatter_strays(const StepConstants& c, bool observe);
   ParticleSums advance_strays(const StepConstants& c);
+  void check_walls() const;
   [[noreturn]] void fail(std::uint32_t particle, const std::string& quantity) const;
 
   SimulationSetup setup_;

@@ -34,9 +34,11 @@ void Simulation::save(CheckpointWriter& out) const {
   out.add("particle.id", std::span<const std::uint32_t>(particles_.id));
   // Blocks as they are, those that only strays reach included, so that every sum keeps its order.
   std::vector<std::int32_t> origins;
-  for (const SparseGrid::Block& block : grid_.blocks()) origins.insert(origins.end(), block.origin.begin(), block.origin.end());
+  for (const SparseGrid::Block& block : grid_.blocks())
+    origins.insert(origins.end(), block.origin.begin(), block.origin.end());
   out.add_copy<std::int32_t>("block.origin", origins);
-  out.add("block.cells", std::span<const std::uint32_t>(cells_.data()->data(), cells_.size() * std::tuple_size_v<CellRanges>));
+  out.add("block.cells", std::span<const std::uint32_t>(cells_.data()->data(),
+                                                        cells_.size() * std::tuple_size_v<CellRanges>));
   std::vector<std::uint32_t> returned;
   for (const Stray& stray : strays_)
     if (stray.shift == Index3{}) returned.push_back(stray.particle);
@@ -61,9 +63,11 @@ Simulation::Simulation(const SimulationSetup& setup, CheckpointReader& in) : Sim
   });
   const auto origins = in.read<std::int32_t>("block.origin");
   std::vector<Index3> blocks(origins.size() / 3);
-  for (std::size_t b = 0; b < blocks.size(); ++b) blocks[b] = {origins[3 * b], origins[3 * b + 1], origins[3 * b + 2]};
+  for (std::size_t b = 0; b < blocks.size(); ++b)
+    blocks[b] = {origins[3 * b], origins[3 * b + 1], origins[3 * b + 2]};
   cells_.resize(blocks.size());
-  in.read<std::uint32_t>("block.cells", std::span(cells_.data()->data(), cells_.size() * std::tuple_size_v<CellRanges>));
+  in.read<std::uint32_t>("block.cells",
+                         std::span(cells_.data()->data(), cells_.size() * std::tuple_size_v<CellRanges>));
   grid_.set_blocks(blocks);
   scatter_particles(in.read<std::uint32_t>("returned_strays"));
   sort_debt_ = in.read_value<double>("sort_debt");

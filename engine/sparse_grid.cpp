@@ -9,15 +9,32 @@
 
 namespace anticrack {
 
-// OpenVDB asks a value type for arithmetic and order that a node has no use for; only equality and zero matter here.
-inline bool operator==(const Node& a, const Node& b) { return std::memcmp(&a, &b, sizeof(Node)) == 0; }
-inline bool operator!=(const Node& a, const Node& b) { return !(a == b); }
-inline bool operator<(const Node& a, const Node& b) { return a.mass < b.mass; }
-inline bool operator>(const Node& a, const Node& b) { return b < a; }
-inline Node operator+(const Node& a, const Node&) { return a; }
-inline Node operator-(const Node& a, const Node&) { return a; }
-inline Node operator-(const Node& a) { return a; }
-inline std::ostream& operator<<(std::ostream& out, const Node& a) { return out << a.mass; }
+// OpenVDB asks a value type for arithmetic and order that a node has no use for; only equality and zero
+// matter here.
+inline bool operator==(const Node& a, const Node& b) {
+  return std::memcmp(&a, &b, sizeof(Node)) == 0;
+}
+inline bool operator!=(const Node& a, const Node& b) {
+  return !(a == b);
+}
+inline bool operator<(const Node& a, const Node& b) {
+  return a.mass < b.mass;
+}
+inline bool operator>(const Node& a, const Node& b) {
+  return b < a;
+}
+inline Node operator+(const Node& a, const Node&) {
+  return a;
+}
+inline Node operator-(const Node& a, const Node&) {
+  return a;
+}
+inline Node operator-(const Node& a) {
+  return a;
+}
+inline std::ostream& operator<<(std::ostream& out, const Node& a) {
+  return out << a.mass;
+}
 
 }  // namespace anticrack
 
@@ -30,7 +47,8 @@ inline anticrack::Node zeroVal<anticrack::Node>() {
 }
 namespace math {
 template <>
-inline bool isApproxEqual<anticrack::Node>(const anticrack::Node& a, const anticrack::Node& b, const anticrack::Node&) {
+inline bool isApproxEqual<anticrack::Node>(const anticrack::Node& a, const anticrack::Node& b,
+                                           const anticrack::Node&) {
   return a == b;
 }
 }  // namespace math
@@ -62,7 +80,8 @@ void SparseGrid::set_blocks(const std::vector<Index3>& origins) {
   leaves_.clear();
   block_at_.clear();
   leaf_at_.clear();
-  for (const Index3& origin : origins) add_block(origin);  // their tiles are cleared by the next pass over particles
+  for (const Index3& origin : origins)
+    add_block(origin);  // their tiles are cleared by the next pass over particles
   tiles_.resize(blocks_.size());
   for (const Leaf& leaf : old_leaves)
     if (find_leaf(leaf.origin) == none)
@@ -75,7 +94,8 @@ std::uint32_t SparseGrid::add_block(const Index3& origin) {
   blocks_.push_back({origin, {}});
   if (tiles_.size() < blocks_.size()) tiles_.push_back(std::make_unique<Tile>());
   for (int o = 0; o < 8; ++o) {
-    const std::uint32_t leaf = find_or_add_leaf({origin[0] + (o >> 2), origin[1] + (o >> 1 & 1), origin[2] + (o & 1)});
+    const std::uint32_t leaf =
+        find_or_add_leaf({origin[0] + (o >> 2), origin[1] + (o >> 1 & 1), origin[2] + (o & 1)});
     blocks_[block].leaf[o] = leaf;
     leaves_[leaf].block[o] = block;
   }

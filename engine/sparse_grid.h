@@ -11,8 +11,8 @@
 
 namespace anticrack {
 
-/// One grid node, a cache line. Before the grid update a node of a tile holds {momentum, mass, force}; after it a node of a
-/// leaf holds {new velocity, mass, velocity increment}.
+/// One grid node, a cache line. Before the grid update a node of a tile holds {momentum, mass, force}; after
+/// it a node of a leaf holds {new velocity, mass, velocity increment}.
 struct alignas(64) Node {
   double velocity[3];   ///< [m/s]; momentum [kg m/s] in a tile
   double mass;          ///< [kg]
@@ -20,32 +20,35 @@ struct alignas(64) Node {
   double unused;        ///< fills the line
 };
 
-constexpr int block_edge = 4;                                       ///< dual cells along a block, nodes along a leaf
-constexpr int block_cells = block_edge * block_edge * block_edge;   ///< also the nodes of a leaf
-constexpr int tile_edge = block_edge + 2;                           ///< nodes that a block's particles reach
+constexpr int block_edge = 4;  ///< dual cells along a block, nodes along a leaf
+constexpr int block_cells = block_edge * block_edge * block_edge;  ///< also the nodes of a leaf
+constexpr int tile_edge = block_edge + 2;                          ///< nodes that a block's particles reach
 constexpr int tile_nodes = tile_edge * tile_edge * tile_edge;
 
 using Tile = std::array<Node, tile_nodes>;  ///< index (x * tile_edge + y) * tile_edge + z
 
 /// Linear index of node or cell (x, y, z) of a leaf or block, each in 0..3; OpenVDB's order.
-constexpr int leaf_index(int x, int y, int z) { return (x * block_edge + y) * block_edge + z; }
+constexpr int leaf_index(int x, int y, int z) {
+  return (x * block_edge + y) * block_edge + z;
+}
 
-/// The background grid: nodes live in the leaves (4^3) of an OpenVDB tree that exist only where a particle's stencil reaches.
+/// The background grid: nodes live in the leaves (4^3) of an OpenVDB tree that exist only where a particle's
+/// stencil reaches.
 ///
-/// A *block* is 4^3 dual cells with the particles stored there; it scatters into a *tile* of its own (6^3 nodes), so blocks
-/// run in parallel without atomics, and a leaf sums the at most 8 tiles that overlap it in a fixed order. All coordinates
-/// are integer node or dual-cell coordinates divided by 4.
+/// A *block* is 4^3 dual cells with the particles stored there; it scatters into a *tile* of its own (6^3
+/// nodes), so blocks run in parallel without atomics, and a leaf sums the at most 8 tiles that overlap it in
+/// a fixed order. All coordinates are integer node or dual-cell coordinates divided by 4.
 class SparseGrid {
  public:
   struct Block {
-    Index3 origin;                        ///< block coordinate: lowest dual cell / 4
-    std::array<std::uint32_t, 8> leaf;    ///< leaves that its tile overlaps, index 4 ox + 2 oy + oz
+    Index3 origin;                      ///< block coordinate: lowest dual cell / 4
+    std::array<std::uint32_t, 8> leaf;  ///< leaves that its tile overlaps, index 4 ox + 2 oy + oz
   };
   struct Leaf {
-    Index3 origin;                          ///< leaf coordinate: lowest node / 4
-    Node* nodes;                            ///< the tree's own buffer
-    std::array<std::uint32_t, 8> block;     ///< blocks whose tile overlaps it (origin - o), or `none`
-    std::array<std::uint32_t, 6> neighbour; ///< leaf beyond face -x, +x, -y, +y, -z, +z, or `none`
+    Index3 origin;                           ///< leaf coordinate: lowest node / 4
+    Node* nodes;                             ///< the tree's own buffer
+    std::array<std::uint32_t, 8> block;      ///< blocks whose tile overlaps it (origin - o), or `none`
+    std::array<std::uint32_t, 6> neighbour;  ///< leaf beyond face -x, +x, -y, +y, -z, +z, or `none`
   };
   static constexpr std::uint32_t none = ~std::uint32_t{0};
 
@@ -54,10 +57,12 @@ class SparseGrid {
   SparseGrid(SparseGrid&&) noexcept;
   SparseGrid& operator=(SparseGrid&&) noexcept;
 
-  /// Makes `origins` (distinct, in the order given) the blocks; activates the leaves they reach and releases all others.
+  /// Makes `origins` (distinct, in the order given) the blocks; activates the leaves they reach and releases
+  /// all others.
   void set_blocks(const std::vector<Index3>& origins);
 
-  /// The block at `origin`, activated with its leaves and an empty tile if it was not active. Not thread safe.
+  /// The block at `origin`, activated with its leaves and an empty tile if it was not active. Not thread
+  /// safe.
   std::uint32_t find_or_add_block(const Index3& origin);
 
   std::uint32_t find_block(const Index3& origin) const;  ///< or `none`
@@ -71,8 +76,8 @@ class SparseGrid {
   /// Bytes of leaves, tiles and tables.
   std::size_t bytes() const;
 
-  /// Saves the nodal values as ordinary VDB grids `mass`, `velocity` and `velocity_increment`, active where mass > 0,
-  /// voxel size `dx`, node lattice shifted by `offset` cells. @throws FileError
+  /// Saves the nodal values as ordinary VDB grids `mass`, `velocity` and `velocity_increment`, active where
+  /// mass > 0, voxel size `dx`, node lattice shifted by `offset` cells. @throws FileError
   void write_vdb(const std::filesystem::path& file, double dx, const Vec3& offset) const;
 
  private:

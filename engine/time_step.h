@@ -13,9 +13,10 @@ constexpr double advective_cfl = 0.6;  ///< C_CFL of Algorithm 1: cells a partic
 
 /// Largest stable explicit time step for any particle layout.
 ///
-/// dt = dx sqrt(rho0 / (3 (3 lambda + 2 mu))) / sqrt(1 + max(0, -tau_1) / (lambda + 2 mu)): the stiffness that a node can feel
-/// is bounded whatever its mass (a lone particle at the edge of its support included), since density cancels; the Kirchhoff
-/// pressure of compression stiffens it. C_el = 0.5 with sqrt(E / rho) is unstable for lone particles at nu = 0.3.
+/// dt = dx sqrt(rho0 / (3 (3 lambda + 2 mu))) / sqrt(1 + max(0, -tau_1) / (lambda + 2 mu)): the stiffness
+/// that a node can feel is bounded whatever its mass (a lone particle at the edge of its support included),
+/// since density cancels; the Kirchhoff pressure of compression stiffens it. C_el = 0.5 with sqrt(E / rho) is
+/// unstable for lone particles at nu = 0.3.
 /// @param dx               grid spacing [m]
 /// @param max_compression  largest compressive principal Kirchhoff stress -tau_1 [Pa], >= 0
 /// @return                 [s]
@@ -30,12 +31,15 @@ inline double paper_time_step(double dx, const Material& material) {
   return 0.5 * dx / std::sqrt(material.elasticity.young_modulus / material.density);
 }
 
-/// Line 1 of Algorithm 1 with the chosen elastic rule. At the start max_speed may be 0: the elastic limit then stands alone.
-inline double adaptive_time_step(const Numerics& numerics, double dx, const Material& material, double max_compression,
-                                 double max_speed) {
-  const double elastic = numerics.time_step == TimeStepRule::safe ? safe_time_step(dx, material, max_compression)
-                                                                  : paper_time_step(dx, material);
-  const double advective = max_speed > 0 ? advective_cfl * dx / max_speed : std::numeric_limits<double>::infinity();
+/// Line 1 of Algorithm 1 with the chosen elastic rule. At the start max_speed may be 0: the elastic limit
+/// then stands alone.
+inline double adaptive_time_step(const Numerics& numerics, double dx, const Material& material,
+                                 double max_compression, double max_speed) {
+  const double elastic = numerics.time_step == TimeStepRule::safe
+                             ? safe_time_step(dx, material, max_compression)
+                             : paper_time_step(dx, material);
+  const double advective =
+      max_speed > 0 ? advective_cfl * dx / max_speed : std::numeric_limits<double>::infinity();
   return numerics.time_step_factor * std::min(elastic, advective);
 }
 

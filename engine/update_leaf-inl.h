@@ -23,7 +23,8 @@ inline std::array<double, 2> update_leaf(double dt, const std::array<const Tile*
   std::memset(static_cast<void*>(nodes), 0, block_cells * sizeof(Node));
   for (int o = 0; o < 8; ++o) {
     if (!tiles[o]) continue;
-    // The tile of block (leaf - o) covers the nodes 4 o .. 5 of itself: all of the leaf's edge, or two nodes of it.
+    // The tile of block (leaf - o) covers the nodes 4 o .. 5 of itself: all of the leaf's edge, or two nodes
+    // of it.
     const int ox = o >> 2, oy = o >> 1 & 1, oz = o & 1;
     for (int x = 0; x < (ox ? 2 : 4); ++x)
       for (int y = 0; y < (oy ? 2 : 4); ++y) {

@@ -22,8 +22,12 @@ class CsvTable {
       if (!line.empty()) rows_.push_back(split(line));
   }
   std::size_t size() const { return rows_.size(); }
-  const std::string& text(std::size_t row, const std::string& name) const { return rows_.at(row).at(column_.at(name)); }
-  double number(std::size_t row, const std::string& name) const { return std::strtod(text(row, name).c_str(), nullptr); }
+  const std::string& text(std::size_t row, const std::string& name) const {
+    return rows_.at(row).at(column_.at(name));
+  }
+  double number(std::size_t row, const std::string& name) const {
+    return std::strtod(text(row, name).c_str(), nullptr);
+  }
 
  private:
   static std::vector<std::string> split(const std::string& line) {

@@ -11,9 +11,9 @@
 
 namespace anticrack::reference {
 
-/// Algorithm 1 as it is printed: full F, an SVD a particle, loops over a map of nodes. Slow and plain; the engine must match
-/// it to rounding. Deviations from the print are those of the engine's documentation: implicit return mapping by bisection,
-/// equal to the closed form, and the walls.
+/// Algorithm 1 as it is printed: full F, an SVD a particle, loops over a map of nodes. Slow and plain; the
+/// engine must match it to rounding. Deviations from the print are those of the engine's documentation:
+/// implicit return mapping by bisection, equal to the closed form, and the walls.
 struct Particle {
   Vec3 x, v = Vec3::Zero();
   Mat3 F = Mat3::Identity();
@@ -67,7 +67,8 @@ struct Model {
           const double N[3] = {spline(u[0]), spline(u[1]), spline(u[2])};
           if (N[0] * N[1] * N[2] == 0) continue;
           const Vec3 dN = Vec3(spline_derivative(u[0]) * N[1] * N[2], N[0] * spline_derivative(u[1]) * N[2],
-                               N[0] * N[1] * spline_derivative(u[2])) / dx;
+                               N[0] * N[1] * spline_derivative(u[2])) /
+                          dx;
           visit(std::array<int, 3>{i, j, k}, N[0] * N[1] * N[2], dN);
         }
   }
@@ -75,7 +76,8 @@ struct Model {
   Mat3 kirchhoff_stress(const Mat3& F) const {
     const Eigen::JacobiSVD<Mat3> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const Vec3 eps = svd.singularValues().array().log();
-    const Vec3 tau = material.elasticity.lambda() * eps.sum() * Vec3::Ones() + 2 * material.elasticity.mu() * eps;
+    const Vec3 tau =
+        material.elasticity.lambda() * eps.sum() * Vec3::Ones() + 2 * material.elasticity.mu() * eps;
     return svd.matrixU() * tau.asDiagonal() * svd.matrixU().transpose();
   }
 
@@ -102,30 +104,61 @@ struct Model {
     eps = e / 3 * Vec3::Ones() + A * (C(kappa) - K * e) / S * dev;
   }
 
-  void apply_walls() {
-    const auto constrain = [&](const PlainWall& w, int c, double v_wall) {
-      const double X = w.position / dx - offset[w.axis];
-      const int mirror = w.upper ? int(std::floor(X - 0.5)) : int(std::ceil(X + 0.5));
-      for (auto& [i, node] : grid) {
-        const int n = i[w.axis];
-        if (wall_rule == WallRule::paper) {
-          if (w.upper ? n >= X : n <= X) node.v[c] = v_wall;
-          continue;
-        }
-        if (w.upper ? n <= mirror : n >= mirror) continue;
-        auto j = i;
-        j[w.axis] = mirror;
-        const auto inside = grid.find(j);
-        node.v[c] = v_wall;
-        if (inside != grid.end() && std::abs(n - X) <= 1.5)
-          node.v[c] += (inside->second.v[c] - v_wall) * (n - X) / (mirror - X) * std::min(1.0, inside->second.m / node.m);
+  /// Wall coordinate, mirror node and whether a node is held, all along the wall's axis.
+  double wall_coordinate(const PlainWall& w) const { return w.position / dx - offset[w.axis]; }
+  int mirror_of(const PlainWall& w) const {
+    const double X = wall_coordinate(w);
+    return w.upper ? int(std::floor(X - 0.5)) : int(std::ceil(X + 0.5));
+  }
+  bool holds(const PlainWall& w, int n) const {
+    if (wall_rule == WallRule::paper) return w.upper ? n >= wall_coordinate(w) : n <= wall_coordinate(w);
+    return w.upper ? n > mirror_of(w) : n < mirror_of(w);
+  }
+  /// v_g = b + r v_M for a node: its free node M, and the factor of each wall that holds it, tangential ones
+  /// first.
+  struct Tie {
+    std::array<int, 3> free;
+    double r = 1, b = 0;
+    bool held = false, extrapolated = true;
+  };
+  Tie tie_of(const std::array<int, 3>& i, int c) const {
+    Tie t{i};
+    for (const bool normal : {false, true})
+      for (const PlainWall& w : walls) {
+        if ((w.axis == c) != normal || (!normal && !w.sticky) || !holds(w, i[w.axis])) continue;
+        const double X = wall_coordinate(w), v_wall = normal ? w.velocity : 0;
+        const double rho = (i[w.axis] - X) / (mirror_of(w) - X);
+        t.held = true;
+        t.extrapolated = t.extrapolated && std::abs(i[w.axis] - X) <= 1.5;
+        t.free[w.axis] = mirror_of(w);
+        t.b = v_wall + rho * (t.b - v_wall);
+        t.r *= rho;
       }
-    };
-    for (const PlainWall& w : walls)
-      if (w.sticky)
-        for (int c = 0; c < 3; ++c)
-          if (c != w.axis) constrain(w, c, 0);
-    for (const PlainWall& w : walls) constrain(w, w.axis, w.velocity);
+    return t;
+  }
+
+  void apply_walls() {
+    for (int c = 0; c < 3; ++c) {
+      std::map<std::array<int, 3>, std::pair<double, double>>
+          sums;  // of a free node: sum r m (v - b), sum r^2 m
+      for (const auto& [i, node] : grid) {
+        const Tie t = tie_of(i, c);
+        if (t.held && (!t.extrapolated || wall_rule == WallRule::paper)) continue;
+        sums[t.free].first += t.r * node.m * (node.v[c] - t.b);
+        sums[t.free].second += t.r * t.r * node.m;
+      }
+      for (auto& [i, node] : grid) {
+        const Tie t = tie_of(i, c);
+        if (t.extrapolated && grid.count(t.free) && wall_rule == WallRule::ghost) {
+          const auto& [momentum, mass] = sums.at(t.free);
+          node.v[c] = t.b + t.r * momentum / mass;
+        } else if (t.held) {
+          node.v[c] = 0;
+          for (const PlainWall& w : walls)
+            if (w.axis == c && holds(w, i[c])) node.v[c] = w.velocity;
+        }
+      }
+    }
   }
 
   void step(double dt) {

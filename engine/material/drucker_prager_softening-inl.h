@@ -1,4 +1,5 @@
-// Return mapping of the softening Drucker-Prager model on the lanes of a vector. Per-target include guard (Highway).
+// Return mapping of the softening Drucker-Prager model on the lanes of a vector. Per-target include guard
+// (Highway).
 #if defined(ANTICRACK_DRUCKER_PRAGER_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ANTICRACK_DRUCKER_PRAGER_INL_H
 #undef ANTICRACK_DRUCKER_PRAGER_INL_H
@@ -29,14 +30,16 @@ HWY_INLINE V softened_cohesion(D d, const MaterialConstants& m, V kappa) {
   return hn::Set(d, m.cohesion) * hn::Exp(d, hn::Set(d, -m.softening) * kappa);
 }
 
-/// Backward Euler: the trial state (trace e, norm S) goes back to its own, softened, yield surface along the deviator.
+/// Backward Euler: the trial state (trace e, norm S) goes back to its own, softened, yield surface along the
+/// deviator.
 ///
-/// With A = gamma / (sqrt6 mu): elastic if f = S + A (K e - C) <= 0 and K e <= C; apex if K e >= C(kappa + S); else the
-/// one root x in (0, S] of B - x - A C e^{-xi x} = 0, B = S + A K e. The left side is concave and not positive at
-/// min(S, B), right of the root, so Newton from there falls monotonically onto it.
+/// With A = gamma / (sqrt6 mu): elastic if f = S + A (K e - C) <= 0 and K e <= C; apex if K e >= C(kappa +
+/// S); else the one root x in (0, S] of B - x - A C e^{-xi x} = 0, B = S + A K e. The left side is concave
+/// and not positive at min(S, B), right of the root, so Newton from there falls monotonically onto it.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE Returned<D> return_implicit(D d, const MaterialConstants& m, V trace, V norm, V kappa) {
-  const V zero = hn::Zero(d), one = hn::Set(d, 1.0), A = hn::Set(d, m.friction_factor), xi = hn::Set(d, m.softening);
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0), A = hn::Set(d, m.friction_factor),
+          xi = hn::Set(d, m.softening);
   const V pull = hn::Set(d, m.bulk_modulus) * trace;  // K e = -p
   const V C = softened_cohesion(d, m, kappa);
   const V B = hn::MulAdd(A, pull, norm);
@@ -54,7 +57,8 @@ HWY_INLINE Returned<D> return_implicit(D d, const MaterialConstants& m, V trace,
   for (int iteration = 0; iteration < 64 && !hn::AllFalse(d, open); ++iteration) {
     const V softening = AC * hn::Exp(d, hn::Neg(xi * x));
     const V residual = B - x - softening, slope = hn::MulSub(xi, softening, one);
-    // Beyond the maximum of the concave residual the slope is negative; the step is then downwards, towards the root.
+    // Beyond the maximum of the concave residual the slope is negative; the step is then downwards, towards
+    // the root.
     const V next = hn::Max(zero, x - residual / slope);
     const auto moves = hn::And(open, hn::And(slope < zero, next < x));
     x = hn::IfThenElse(moves, next, x);
@@ -69,8 +73,8 @@ HWY_INLINE Returned<D> return_implicit(D d, const MaterialConstants& m, V trace,
   return out;
 }
 
-/// Algorithm 2 in one pass, its misprint repaired: the middle branch keeps the pressure (eps = eps_tr - dpi* n). It leaves a
-/// yield residual, since the last correction of kappa moves the surface once more.
+/// Algorithm 2 in one pass, its misprint repaired: the middle branch keeps the pressure (eps = eps_tr - dpi*
+/// n). It leaves a yield residual, since the last correction of kappa moves the surface once more.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE Returned<D> return_paper(D d, const MaterialConstants& m, V trace, V norm, V kappa) {
   const V zero = hn::Zero(d), A = hn::Set(d, m.friction_factor);

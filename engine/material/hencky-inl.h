@@ -58,13 +58,17 @@ struct CayleyHamilton {
   V r0, r1, r2;
 
   HWY_INLINE Symmetric<V> apply(const Symmetric<V>& a, const Symmetric<V>& a2) const {
-    return {hn::MulAdd(r2, a2.xx, hn::MulAdd(r1, a.xx, r0)), hn::MulAdd(r2, a2.yy, hn::MulAdd(r1, a.yy, r0)),
-            hn::MulAdd(r2, a2.zz, hn::MulAdd(r1, a.zz, r0)), hn::MulAdd(r2, a2.xy, r1 * a.xy),
-            hn::MulAdd(r2, a2.xz, r1 * a.xz),                hn::MulAdd(r2, a2.yz, r1 * a.yz)};
+    return {hn::MulAdd(r2, a2.xx, hn::MulAdd(r1, a.xx, r0)),
+            hn::MulAdd(r2, a2.yy, hn::MulAdd(r1, a.yy, r0)),
+            hn::MulAdd(r2, a2.zz, hn::MulAdd(r1, a.zz, r0)),
+            hn::MulAdd(r2, a2.xy, r1 * a.xy),
+            hn::MulAdd(r2, a2.xz, r1 * a.xz),
+            hn::MulAdd(r2, a2.yz, r1 * a.yz)};
   }
 };
 
-/// sum_k coefficient[k] a^k for a trace-free `a`, by Horner's rule with a^3 = j2 a + j3 I; j2 = a:a / 2, j3 = det a.
+/// sum_k coefficient[k] a^k for a trace-free `a`, by Horner's rule with a^3 = j2 a + j3 I; j2 = a:a / 2, j3 =
+/// det a.
 template <class D, class V = hn::Vec<D>, std::size_t terms>
 HWY_INLINE CayleyHamilton<V> power_series(D d, V j2, V j3, const double (&coefficient)[terms]) {
   CayleyHamilton<V> r{hn::Set(d, coefficient[terms - 1]), hn::Zero(d), hn::Zero(d)};
@@ -73,10 +77,11 @@ HWY_INLINE CayleyHamilton<V> power_series(D d, V j2, V j3, const double (&coeffi
   return r;
 }
 
-constexpr double log_series[] = {0,        1.,       -1. / 2, 1. / 3,   -1. / 4, 1. / 5,   -1. / 6, 1. / 7,
+constexpr double log_series[] = {0,       1.,     -1. / 2,  1. / 3,  -1. / 4,  1. / 5,  -1. / 6, 1. / 7,
                                  -1. / 8, 1. / 9, -1. / 10, 1. / 11, -1. / 12, 1. / 13, -1. / 14};
-constexpr double exp_series[] = {0,          1.,           1. / 2,       1. / 6,        1. / 24,        1. / 120,       1. / 720,
-                                 1. / 5040, 1. / 40320, 1. / 362880, 1. / 3628800, 1. / 39916800, 1. / 479001600};
+constexpr double exp_series[] = {
+    0,         1.,         1. / 2,      1. / 6,       1. / 24,       1. / 120,      1. / 720,
+    1. / 5040, 1. / 40320, 1. / 362880, 1. / 3628800, 1. / 39916800, 1. / 479001600};
 
 /// |a| up to which both series are full double precision: the first term of log left out is 0.12^15 / 15.
 constexpr double series_range = 0.12;
@@ -84,9 +89,9 @@ constexpr double series_range = 0.12;
 /// Hencky strain of b = I + h split as the return mapping needs it.
 template <class V>
 struct HenckyStrain {
-  V trace;                 ///< tr eps
-  Symmetric<V> deviator;   ///< dev eps
-  V norm;                  ///< |dev eps|
+  V trace;                ///< tr eps
+  Symmetric<V> deviator;  ///< dev eps
+  V norm;                 ///< |dev eps|
 };
 
 template <class V>
@@ -95,13 +100,15 @@ struct Principal {
   V axis[3][3];  ///< axis[i][a]: component a of the i-th eigenvector
 };
 
-/// Eigenvalues and eigenvectors by cyclic Jacobi sweeps: slow, accurate for any size of `a`, no branch per lane.
+/// Eigenvalues and eigenvectors by cyclic Jacobi sweeps: slow, accurate for any size of `a`, no branch per
+/// lane.
 template <class D, class V = hn::Vec<D>>
 HWY_NOINLINE Principal<V> jacobi_eigen(D d, const Symmetric<V>& a) {
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
   V m[3][3] = {{a.xx, a.xy, a.xz}, {a.xy, a.yy, a.yz}, {a.xz, a.yz, a.zz}};
   V q[3][3] = {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}};
-  for (int sweep = 0; sweep < 7; ++sweep)  // quadratic: five suffice for random tensors, seven for the worst of the tables
+  for (int sweep = 0; sweep < 7;
+       ++sweep)  // quadratic: five suffice for random tensors, seven for the worst of the tables
     for (int pair = 0; pair < 3; ++pair) {
       const int i = pair == 2 ? 1 : 0, j = pair == 0 ? 1 : 2, k = 3 - i - j;
       // t = tan of the rotation: smaller root of t^2 + 2 theta t - 1 = 0 (Golub & Van Loan, 8.5.2)
@@ -144,9 +151,9 @@ HWY_INLINE Symmetric<V> assemble(const V (&value)[3], const V (&axis)[3][3]) {
   return a;
 }
 
-/// eps = 1/2 log(I + h), Eq. 5. b = (1 + a)(I + hbar) with a = tr h / 3 and hbar trace-free: a series in hbar with its
-/// powers reduced by Cayley-Hamilton where |hbar| <= series_range, eigenvalues elsewhere. A lane whose b is not positive
-/// definite gets NaN.
+/// eps = 1/2 log(I + h), Eq. 5. b = (1 + a)(I + hbar) with a = tr h / 3 and hbar trace-free: a series in hbar
+/// with its powers reduced by Cayley-Hamilton where |hbar| <= series_range, eigenvalues elsewhere. A lane
+/// whose b is not positive definite gets NaN.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE HenckyStrain<V> hencky_strain(D d, const Symmetric<V>& h) {
   const V one = hn::Set(d, 1.0), half = hn::Set(d, 0.5), third = hn::Set(d, 1.0 / 3.0);
@@ -161,7 +168,8 @@ HWY_INLINE HenckyStrain<V> hencky_strain(D d, const Symmetric<V>& h) {
   HenckyStrain<V> strain;
   strain.trace = hn::MulAdd(r.r2, j2, hn::Set(d, 1.5) * (log_a + r.r0));
   // dev: 1/2 (r1 hbar + r2 (hbar^2 - 2/3 j2 I))
-  strain.deviator = CayleyHamilton<V>{hn::Set(d, -1.0 / 3.0) * r.r2 * j2, half * r.r1, half * r.r2}.apply(hbar, square(hbar));
+  strain.deviator = CayleyHamilton<V>{hn::Set(d, -1.0 / 3.0) * r.r2 * j2, half * r.r1, half * r.r2}.apply(
+      hbar, square(hbar));
 
   const auto in_series = hn::And(j2 <= hn::Set(d, 0.5 * series_range * series_range), one + a > hn::Zero(d));
   if (HWY_UNLIKELY(!hn::AllTrue(d, in_series))) {
@@ -190,7 +198,8 @@ HWY_INLINE HenckyStrain<V> hencky_strain(D d, const Symmetric<V>& h) {
 /// h = exp(2 eps) - I of eps = trace/3 I + deviator; the inverse of hencky_strain.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE Symmetric<V> left_cauchy_green_minus_identity(D d, V trace, const Symmetric<V>& deviator) {
-  // exp(x) - I of the trace-free x = 2 dev / 2^k, then k squarings (I + y)^2 - I = 2 y + y^2 for lanes beyond the series
+  // exp(x) - I of the trace-free x = 2 dev / 2^k, then k squarings (I + y)^2 - I = 2 y + y^2 for lanes beyond
+  // the series
   constexpr int squarings = 5;
   const V two = hn::Set(d, 2.0), zero = hn::Zero(d);
   const V size2 = hn::Set(d, 4.0) * norm_squared(d, deviator);
@@ -199,19 +208,25 @@ HWY_INLINE Symmetric<V> left_cauchy_green_minus_identity(D d, V trace, const Sym
   const V factor = hn::IfThenElse(small, two, hn::Set(d, 2.0 / (1 << squarings)));
   const Symmetric<V> x{factor * deviator.xx, factor * deviator.yy, factor * deviator.zz,
                        factor * deviator.xy, factor * deviator.xz, factor * deviator.yz};
-  const CayleyHamilton<V> r = power_series(d, hn::Set(d, 0.5) * norm_squared(d, x), determinant(x), exp_series);
+  const CayleyHamilton<V> r =
+      power_series(d, hn::Set(d, 0.5) * norm_squared(d, x), determinant(x), exp_series);
   Symmetric<V> y = r.apply(x, square(x));
   if (HWY_UNLIKELY(!all_small))
     for (int k = 0; k < squarings; ++k) {
       const Symmetric<V> grown = CayleyHamilton<V>{zero, two, hn::Set(d, 1.0)}.apply(y, square(y));
-      y = {hn::IfThenElse(small, y.xx, grown.xx), hn::IfThenElse(small, y.yy, grown.yy), hn::IfThenElse(small, y.zz, grown.zz),
-           hn::IfThenElse(small, y.xy, grown.xy), hn::IfThenElse(small, y.xz, grown.xz), hn::IfThenElse(small, y.yz, grown.yz)};
+      y = {hn::IfThenElse(small, y.xx, grown.xx), hn::IfThenElse(small, y.yy, grown.yy),
+           hn::IfThenElse(small, y.zz, grown.zz), hn::IfThenElse(small, y.xy, grown.xy),
+           hn::IfThenElse(small, y.xz, grown.xz), hn::IfThenElse(small, y.yz, grown.yz)};
     }
   // e^{2 trace/3} (I + y) - I = (e^{2 trace/3} - 1) I + e^{2 trace/3} y
   const V volume = hn::Expm1(d, hn::Set(d, 2.0 / 3.0) * trace);
   const V grow = volume + hn::Set(d, 1.0);
-  return {hn::MulAdd(grow, y.xx, volume), hn::MulAdd(grow, y.yy, volume), hn::MulAdd(grow, y.zz, volume),
-          grow * y.xy,                    grow * y.xz,                    grow * y.yz};
+  return {hn::MulAdd(grow, y.xx, volume),
+          hn::MulAdd(grow, y.yy, volume),
+          hn::MulAdd(grow, y.zz, volume),
+          grow * y.xy,
+          grow * y.xz,
+          grow * y.yz};
 }
 
 }  // namespace HWY_NAMESPACE

@@ -8,7 +8,9 @@ namespace anticrack {
 
 namespace {
 
-double mean_stress(const double (&s)[6]) { return -(s[0] + s[1] + s[2]) / 3; }
+double mean_stress(const double (&s)[6]) {
+  return -(s[0] + s[1] + s[2]) / 3;
+}
 
 double von_mises(const double (&s)[6]) {
   const double m = -mean_stress(s);
@@ -18,11 +20,14 @@ double von_mises(const double (&s)[6]) {
 
 }  // namespace
 
-Observer::Observer(const Simulation& simulation) { m_.time = simulation.time(); }
+Observer::Observer(const Simulation& simulation) {
+  m_.time = simulation.time();
+}
 
 double Observer::loading_strain(const Simulation& simulation) {
   const Vec3 strain = simulation.walls().strain();
-  if (const auto* confined = std::get_if<ConfinedCompression>(&simulation.setup().loading)) return -strain[confined->axis];
+  if (const auto* confined = std::get_if<ConfinedCompression>(&simulation.setup().loading))
+    return -strain[confined->axis];
   return strain.cwiseAbs().maxCoeff();
 }
 
@@ -38,7 +43,8 @@ HistoryRow Observer::record(const Simulation& simulation, double wall_seconds) {
   row.dt = simulation.dt();
   row.strain_x = strain[0], row.strain_y = strain[1], row.strain_z = strain[2];
 
-  double sigma[6], paper[6];  // <sigma> = sum V0 tau / V of the whole box; the paper's: phi sum(tau J) / sum(J) of the solid
+  double sigma[6], paper[6];  // <sigma> = sum V0 tau / V of the whole box; the paper's: phi sum(tau J) /
+                              // sum(J) of the solid
   const double solid_fraction = V0 * double(simulation.particles().count) / V;
   for (int e = 0; e < 6; ++e) {
     sigma[e] = V0 * sums.tau[e] / V;
@@ -60,11 +66,13 @@ HistoryRow Observer::record(const Simulation& simulation, double wall_seconds) {
   row.wall_force_y0 = force[2], row.wall_force_y1 = force[3];
   row.wall_force_z0 = force[4], row.wall_force_z1 = force[5];
 
-  // W2 = sum u' . f' with u' = ramp * full velocity: the rate of the force conjugate to the loading, averaged over intervals.
+  // W2 = sum u' . f' with u' = ramp * full velocity: the rate of the force conjugate to the loading, averaged
+  // over intervals.
   double conjugate = m_.force;
   if (interval > 0) {
     conjugate = (ledger.generalized_impulse - m_.generalized_impulse) / interval;
-    row.second_order_work = simulation.walls().ramp(simulation.time()) * (conjugate - m_.force) / (0.5 * (interval + m_.interval));
+    row.second_order_work = simulation.walls().ramp(simulation.time()) * (conjugate - m_.force) /
+                            (0.5 * (interval + m_.interval));
   }
 
   row.kinetic_energy = simulation.kinetic_energy();
@@ -110,8 +118,10 @@ HistoryRow Observer::record(const Simulation& simulation, double wall_seconds) {
   const Vec3 size = simulation.walls().upper() - simulation.walls().lower();
   for (int a = 0; a < 3; ++a) {
     const double wall = (force[2 * a + 1] - force[2 * a]) / 2 * size[a] / V;
-    m_.wall_volume += wall * sigma[a];
-    m_.volume_volume += sigma[a] * sigma[a];
+    const double volume = 0.5 * (m_.sigma[a] + sigma[a]);  // over the interval, as the wall force is
+    m_.wall_volume += wall * volume;
+    m_.volume_volume += volume * volume;
+    m_.sigma[a] = sigma[a];
   }
   m_.worst_residual = std::max(m_.worst_residual, std::abs(row.energy_residual));
 
@@ -144,7 +154,8 @@ QuasiStatic Observer::quasi_static() const {
   q.energy_residual = m_.worst_residual;
   std::ostringstream why;
   if (!(q.kinetic_over_internal < 0.05)) why << "; kinetic energy above 5 % of the internal";
-  if (!(std::abs(q.wall_over_volume_stress - 1) < 0.05)) why << "; wall and volume stress differ by more than 5 %";
+  if (!(std::abs(q.wall_over_volume_stress - 1) < 0.05))
+    why << "; wall and volume stress differ by more than 5 %";
   if (!(q.energy_residual < 0.05)) why << "; energy balance open by more than 5 %";
   q.verdict = why.str().empty() ? "quasi-static" : "not quasi-static" + why.str();
   return q;

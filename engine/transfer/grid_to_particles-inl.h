@@ -1,4 +1,5 @@
-// Grid to particle: nodal values of a dual cell as a tri-quadratic polynomial, evaluated for the lanes of a vector.
+// Grid to particle: nodal values of a dual cell as a tri-quadratic polynomial, evaluated for the lanes of a
+// vector.
 #if defined(ANTICRACK_GRID_TO_PARTICLES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ANTICRACK_GRID_TO_PARTICLES_INL_H
 #undef ANTICRACK_GRID_TO_PARTICLES_INL_H
@@ -18,7 +19,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// Vectors across the eight numbers of a node.
 using NodeVector = hn::CappedTag<double, 8>;
 
-/// Coefficients of sum_i N_i(s) f_i = sum_abc coefficient[abc] sx^a sy^b sz^c; eight channels, those of `Node`.
+/// Coefficients of sum_i N_i(s) f_i = sum_abc coefficient[abc] sx^a sy^b sz^c; eight channels, those of
+/// `Node`.
 struct alignas(64) CellPolynomial {
   double coefficient[27][8];
 };
@@ -41,7 +43,8 @@ HWY_INLINE void make_polynomial(const Node* nodes, int stride_x, int stride_y, C
       hn::Vec<NodeVector> f[3][3];  // along y, z; then monomials of z; then of y, z
       for (int j = 0; j < 3; ++j) {
         const double* row = reinterpret_cast<const double*>(nodes + i * stride_x + j * stride_y) + part;
-        to_monomials(half, hn::Load(d, row), hn::Load(d, row + 8), hn::Load(d, row + 16), f[j][0], f[j][1], f[j][2]);
+        to_monomials(half, hn::Load(d, row), hn::Load(d, row + 8), hn::Load(d, row + 16), f[j][0], f[j][1],
+                     f[j][2]);
       }
       for (int c = 0; c < 3; ++c) {
         hn::Vec<NodeVector> a0, a1, a2;

@@ -20,14 +20,16 @@ template <int lanes>
 struct alignas(64) Scatter {
   double w[9][lanes], dx_w[9][lanes], dy_w[9][lanes];  ///< wx wy, wx' wy, wx wy' of the nodes (i, j)
   double wz[3][lanes], dz_w[3][lanes];
-  double carried[lanes][4];        ///< momentum, mass
-  double traction[3][lanes][4];    ///< columns x, y, z of -V0 tau / dx, fourth number 0
+  double carried[lanes][4];      ///< momentum, mass
+  double traction[3][lanes][4];  ///< columns x, y, z of -V0 tau / dx, fourth number 0
 };
 
-/// Adds the batch to one half of each node's line (4 numbers) in pieces of the vector's width, or to the whole line.
-/// A node (i, j, k) gets wz[k] P_ij + wz'[k] Q_ij with P = w carried + (dx_w T_x + dy_w T_y), Q = w T_z.
+/// Adds the batch to one half of each node's line (4 numbers) in pieces of the vector's width, or to the
+/// whole line. A node (i, j, k) gets wz[k] P_ij + wz'[k] Q_ij with P = w carried + (dx_w T_x + dy_w T_y), Q =
+/// w T_z.
 template <bool carries, bool pulls, int lanes, class D>
-HWY_INLINE void add_to_nodes(D d, const Scatter<lanes>& b, int offset, Node* nodes, int stride_x, int stride_y) {
+HWY_INLINE void add_to_nodes(D d, const Scatter<lanes>& b, int offset, Node* nodes, int stride_x,
+                             int stride_y) {
   using V = hn::Vec<D>;
   V carried[lanes], tx[lanes], ty[lanes], tz[lanes];
   for (int l = 0; l < lanes; ++l) {
@@ -76,10 +78,11 @@ HWY_INLINE void add_to_nodes(D d, const Scatter<lanes>& b, int offset, Node* nod
     }
 }
 
-/// Lines 2-4 of Algorithm 1 for a batch. `t` is -V0 tau / dx; lanes that take no part have mass, momentum and t zero.
+/// Lines 2-4 of Algorithm 1 for a batch. `t` is -V0 tau / dx; lanes that take no part have mass, momentum and
+/// t zero.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE void add_to_cell(D d, const V (&s)[3], const V (&momentum)[3], V mass, const Symmetric<V>& t, Node* nodes,
-                            int stride_x, int stride_y) {
+HWY_INLINE void add_to_cell(D d, const V (&s)[3], const V (&momentum)[3], V mass, const Symmetric<V>& t,
+                            Node* nodes, int stride_x, int stride_y) {
   constexpr int lanes = int(hn::MaxLanes(d));
   const V one = hn::Set(d, 1.0), half = hn::Set(d, 0.5);
   V w[3][3], dw[3][3];
@@ -115,8 +118,10 @@ HWY_INLINE void add_to_cell(D d, const V (&s)[3], const V (&momentum)[3], V mass
   if constexpr (width == 8) {
     add_to_nodes<true, true>(dn, b, 0, nodes, stride_x, stride_y);
   } else {
-    for (int offset = 0; offset < 4; offset += width) add_to_nodes<true, false>(dn, b, offset, nodes, stride_x, stride_y);
-    for (int offset = 4; offset < 8; offset += width) add_to_nodes<false, true>(dn, b, offset, nodes, stride_x, stride_y);
+    for (int offset = 0; offset < 4; offset += width)
+      add_to_nodes<true, false>(dn, b, offset, nodes, stride_x, stride_y);
+    for (int offset = 4; offset < 8; offset += width)
+      add_to_nodes<false, true>(dn, b, offset, nodes, stride_x, stride_y);
   }
 }
 

@@ -8,20 +8,24 @@ namespace anticrack {
 enum class WallKind {
   sticky,  ///< tangential velocity zero at the wall
   slip,    ///< no friction
-  affine,  ///< every boundary point follows the homogeneous velocity gradient (kinematic homogenization condition)
-  paper,   ///< what the authors ran: pushing walls slip; pulling walls stick and start one cell inside the sample
+  affine,  ///< every boundary point follows the homogeneous velocity gradient (kinematic homogenization
+           ///< condition)
+  paper,   ///< what the authors ran: pushing walls slip; pulling walls stick and start one cell inside the
+           ///< sample
 };
 
 /// How a wall acts on the nodes near it.
 enum class WallRule {
-  ghost,  ///< extrapolate through the wall: v_g = v_w + (v_j - v_w)(x_g - x_w)/(x_j - x_w)
-  paper,  ///< nodes at or behind the wall take the wall's velocity; stiffness then depends on the wall's place in its cell
+  ghost,  ///< extrapolate through the wall: v_g = v_w + (v_j - v_w)(x_g - x_w)/(x_j - x_w), the ghosts'
+          ///< momentum going to j
+  paper,  ///< nodes at or behind the wall take the wall's velocity; stiffness then depends on the wall's
+          ///< place in its cell
 };
 
 /// Six walls, opposite ones with opposite velocities, Eq. 13 of Blatny et al. (2021).
 ///
-/// Each wall of axis a moves at rate_a * L_a, with rates (beta2 + beta1, beta2 - beta1, beta2) * strain_rate; hence
-/// eps_V = 6 t beta2 strain_rate, as the paper counts. Positive rates pull.
+/// Each wall of axis a moves at rate_a * L_a, with rates (beta2 + beta1, beta2 - beta1, beta2) * strain_rate;
+/// hence eps_V = 6 t beta2 strain_rate, as the paper counts. Positive rates pull.
 struct TriaxialLoading {
   double beta1;
   double beta2;

@@ -10,8 +10,8 @@
 
 namespace anticrack {
 
-Walls::Walls(const Loading& loading, WallRule rule, const Vec3& box_size, double cell_size, const Vec3& grid_offset,
-             double wave_speed)
+Walls::Walls(const Loading& loading, WallRule rule, const Vec3& box_size, double cell_size,
+             const Vec3& grid_offset, double wave_speed)
     : rule_(rule), initial_size_(box_size), cell_size_(cell_size), grid_offset_(grid_offset) {
   if (const auto* triaxial = std::get_if<TriaxialLoading>(&loading)) {
     walls_ = triaxial_walls(*triaxial, box_size, cell_size);
@@ -22,8 +22,8 @@ Walls::Walls(const Loading& loading, WallRule rule, const Vec3& box_size, double
     ramp_time_ = confined.ramp_time;
   }
   if (!(max_speed() < wave_speed))
-    throw InputError("wall speed " + std::to_string(max_speed()) + " m/s; expected below the elastic wave speed " +
-                     std::to_string(wave_speed) + " m/s");
+    throw InputError("wall speed " + std::to_string(max_speed()) +
+                     " m/s; expected below the elastic wave speed " + std::to_string(wave_speed) + " m/s");
 }
 
 double Walls::max_speed() const {
@@ -32,9 +32,15 @@ double Walls::max_speed() const {
   return speed;
 }
 
-Vec3 Walls::lower() const { return {walls_[0].position, walls_[2].position, walls_[4].position}; }
-Vec3 Walls::upper() const { return {walls_[1].position, walls_[3].position, walls_[5].position}; }
-Vec3 Walls::strain() const { return (upper() - lower()).cwiseQuotient(initial_size_) - Vec3::Ones(); }
+Vec3 Walls::lower() const {
+  return {walls_[0].position, walls_[2].position, walls_[4].position};
+}
+Vec3 Walls::upper() const {
+  return {walls_[1].position, walls_[3].position, walls_[5].position};
+}
+Vec3 Walls::strain() const {
+  return (upper() - lower()).cwiseQuotient(initial_size_) - Vec3::Ones();
+}
 
 std::array<double, 6> Walls::positions() const {
   std::array<double, 6> p;
@@ -50,7 +56,8 @@ void Walls::move(double time, double dt) {
   for (Wall& wall : walls_) wall.position += dt * factor * wall.full_velocity;
 }
 
-/// Along its axis a wall at grid coordinate X takes hold of the nodes up to `last` (lower wall) or from `last` on (upper).
+/// Along its axis a wall at grid coordinate X takes hold of the nodes up to `last` (lower wall) or from
+/// `last` on (upper).
 struct Walls::Reach {
   double X;
   int last;
@@ -68,95 +75,181 @@ struct Walls::Reach {
     }
   }
   bool holds(int node) const { return upper ? node >= last : node <= last; }
-  bool touches_leaf(int origin) const { return holds(upper ? origin * block_edge + block_edge - 1 : origin * block_edge); }
-  /// Whether a particle inside reaches the node. Farther out only what has slipped through the wall does; extrapolation
-  /// would throw it away.
+  bool touches_leaf(int origin) const {
+    return holds(upper ? origin * block_edge + block_edge - 1 : origin * block_edge);
+  }
+  /// Whether a particle inside reaches the node. Farther out only what has slipped through the wall does;
+  /// extrapolation would throw it away.
   bool extrapolates(int node) const { return (upper ? node - X : X - node) <= 1.5; }
-  /// (x_g - x_w) / (x_j - x_w), times m_j / m_g where that is below one: behind a pore a nearly empty node j has a velocity
-  /// of any size, which must not be handed to a heavy ghost. In a solid m_j >= m_g.
-  double weight(int node, double mass, double mirror_mass) const {
-    return (node - X) / (mirror - X) * std::min(1.0, mirror_mass / mass);
+  /// (x_g - x_w) / (x_j - x_w)
+  double ratio(int node) const { return (node - X) / (mirror - X); }
+  int ghost(int k) const { return upper ? mirror + k : mirror - k; }  ///< k-th node outward from the mirror
+};
+
+/// The walls that set one velocity component of a node, at most one an axis.
+struct Walls::Hold {
+  int wall[3] = {-1, -1, -1};
+  bool any() const { return wall[0] >= 0 || wall[1] >= 0 || wall[2] >= 0; }
+};
+
+/// Whether the walls of an axis have a say in component c.
+bool Walls::constrains(int axis, int c) const {
+  return axis == c || walls_[2 * axis].tangential != Tangential::free;
+}
+
+/// Velocity at the end of the ramp of a wall along component c: its own along the normal; along it zero, or
+/// that of the homogeneous gradient.
+double Walls::full_velocity_at(const Wall& wall, int c, int node_c) const {
+  if (c == wall.axis) return wall.full_velocity;
+  if (wall.tangential != Tangential::affine) return 0;
+  const Wall &low = walls_[2 * c], &high = walls_[2 * c + 1];
+  const double x = (node_c + grid_offset_[c]) * cell_size_;
+  return low.full_velocity +
+         (high.full_velocity - low.full_velocity) * (x - low.position) / (high.position - low.position);
+}
+
+/// The active node at `at`, which lies at most a leaf away from `leaf`; nullptr if there is none or it has no
+/// mass.
+static Node* node_at(const SparseGrid& grid, std::uint32_t leaf, const Index3& at) {
+  const Index3 origin{at[0] >> 2, at[1] >> 2, at[2] >> 2};
+  for (int a = 0; a < 3 && leaf != SparseGrid::none; ++a) {
+    const int step = origin[a] - grid.leaves()[leaf].origin[a];
+    if (step != 0) leaf = grid.leaves()[leaf].neighbour[2 * a + (step > 0)];
+  }
+  if (leaf == SparseGrid::none || grid.leaves()[leaf].origin != origin) leaf = grid.find_leaf(origin);
+  if (leaf == SparseGrid::none) return nullptr;
+  Node* node = &grid.leaves()[leaf].nodes[leaf_index(at[0] & 3, at[1] & 3, at[2] & 3)];
+  return node->mass > 0 ? node : nullptr;
+}
+
+/// Sums of what one task did to its nodes.
+struct Walls::Part {
+  WallAction action;
+
+  /// `full` is the wall's velocity at the end of the ramp, `normal_wall` the wall that c is normal to, or -1.
+  void set_velocity(Node& node, int c, double target, double full, int normal_wall) {
+    const double change = target - node.velocity[c], impulse = node.mass * change;
+    // Change of kinetic energy = stress power with v^{n+1} (which strains the particles) + impulse . v^{n+1}
+    // - m |dv|^2 / 2. Summed over tied nodes impulse . v^{n+1} is the net impulse times the wall's velocity;
+    // the last term is lost in the impact, and where the particles' velocity says nothing of a ghost's.
+    const double jump = target - (node.velocity[c] - node.increment[c]);
+    action.work += impulse * target;
+    action.impact_loss += 0.5 * node.mass * jump * jump;
+    action.kinetic_change += impulse * (node.velocity[c] + 0.5 * change);
+    action.generalized_impulse += impulse * full;
+    if (normal_wall >= 0) action.normal_impulse[normal_wall] += impulse;
+    node.velocity[c] = target;
+    node.increment[c] += change;
   }
 };
 
-/// The node at coordinate `to` along `axis`, level with `node` of `leaf` and at most a leaf away; nullptr if not active.
-static const Node* node_along(const SparseGrid& grid, std::uint32_t leaf, Index3 node, int axis, int to) {
-  const int step = (to >> 2) - grid.leaves()[leaf].origin[axis];
-  if (step != 0) leaf = grid.leaves()[leaf].neighbour[2 * axis + (step > 0)];
-  if (leaf == SparseGrid::none) return nullptr;
-  node[axis] = to & 3;
-  return &grid.leaves()[leaf].nodes[leaf_index(node[0], node[1], node[2])];
-}
-
-void Walls::constrain(SparseGrid& grid, double ramp, int axis, bool normal, WallAction& action) const {
-  const Reach reach[2] = {{walls_[2 * axis], rule_, cell_size_, grid_offset_[axis]},
-                          {walls_[2 * axis + 1], rule_, cell_size_, grid_offset_[axis]}};
-  std::vector<std::uint32_t> near;
-  for (std::uint32_t l = 0; l < grid.leaves().size(); ++l)
-    for (const Reach& r : reach)
-      if (r.touches_leaf(grid.leaves()[l].origin[axis]) && (near.empty() || near.back() != l)) near.push_back(l);
-
-  struct Part {
-    double impulse[2] = {}, work = 0, kinetic = 0, generalized = 0;
-  };
-  std::vector<Part> parts(near.size());
-  tbb::parallel_for(std::size_t(0), near.size(), [&](std::size_t n) {
-    const SparseGrid::Leaf& leaf = grid.leaves()[near[n]];
-    for (int side = 0; side < 2; ++side) {
-      const Wall& wall = walls_[2 * axis + side];
-      const Reach& r = reach[side];
-      if (!r.touches_leaf(leaf.origin[axis])) continue;
-      for (int index = 0; index < block_cells; ++index) {
-        const Index3 in_leaf{index >> 4, index >> 2 & 3, index & 3};
-        const int along = leaf.origin[axis] * block_edge + in_leaf[axis];
-        Node& node = leaf.nodes[index];
-        if (!r.holds(along) || node.mass <= 0) continue;
-        const Node* inside = rule_ == WallRule::ghost && r.extrapolates(along) ? node_along(grid, near[n], in_leaf, axis, r.mirror) : nullptr;
-        for (int c = 0; c < 3; ++c) {
-          if (normal != (c == axis)) continue;
-          // Velocity of the wall at this node: its own along the normal; along it, zero or that of the homogeneous gradient.
-          double full = wall.full_velocity;
-          if (c != axis) {
-            full = 0;
-            if (wall.tangential == Tangential::affine) {
-              const Wall &low = walls_[2 * c], &high = walls_[2 * c + 1];
-              const double x = (leaf.origin[c] * block_edge + in_leaf[c] + grid_offset_[c]) * cell_size_;
-              full = low.full_velocity + (high.full_velocity - low.full_velocity) * (x - low.position) / (high.position - low.position);
-            }
-          }
-          const double v_wall = ramp * full;
-          double target = v_wall;
-          if (inside && inside->mass > 0) target += (inside->velocity[c] - v_wall) * r.weight(along, node.mass, inside->mass);
-          const double change = target - node.velocity[c];
-          const double impulse = node.mass * change;
-          // With v at the middle of the step, (v^n + v^{n+1}) / 2, the work of walls and that of stresses add up to the change
-          // of kinetic energy.
-          const double v_old = node.velocity[c] - node.increment[c];
-          parts[n].work += impulse * 0.5 * (v_old + target);
-          parts[n].kinetic += impulse * (node.velocity[c] + 0.5 * change);
-          parts[n].generalized += impulse * full;
-          if (c == axis) parts[n].impulse[side] += impulse;
-          node.velocity[c] = target;
-          node.increment[c] += change;
-        }
-      }
-    }
-  });
-  for (const Part& part : parts) {
-    for (int side = 0; side < 2; ++side) action.normal_impulse[2 * axis + side] += part.impulse[side];
-    action.work += part.work;
-    action.kinetic_change += part.kinetic;
-    action.generalized_impulse += part.generalized;
+/// Component c of one node. A node held by walls alone takes their velocity. The ghost rule ties the ghosts
+/// of a free node M,
+///   v_g = b_g + r_g v_M,  one factor v <- v_w + (x_g - x_w)/(x_M - x_w) (v - v_w) an axis, tangential walls
+///   first,
+/// so that all of them are one unknown, which takes the momentum of all: v_M = sum r m (v - b) / sum r^2 m.
+/// Were the forces on ghosts dropped instead, a uniform stress would not be in equilibrium at the wall.
+void Walls::constrain_node(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, Node& node, int c,
+                           double ramp, const std::array<Reach, 6>& reach, Part& part) const {
+  Hold held, mirrored;
+  for (int w = 0; w < 6; ++w) {
+    if (!constrains(w / 2, c)) continue;
+    if (reach[w].holds(at[w / 2])) held.wall[w / 2] = w;
+    if (rule_ == WallRule::ghost && reach[w].mirror == at[w / 2]) mirrored.wall[w / 2] = w;
   }
+  if (!held.any() && !mirrored.any()) return;
+  const Hold& hold = held.any() ? held : mirrored;
+  const int normal_wall = hold.wall[c];
+  // Where walls meet, the one that c is normal to has the last word; tangential ones ask the same of c.
+  const int last = normal_wall >= 0 ? normal_wall : std::max({hold.wall[0], hold.wall[1], hold.wall[2]});
+  const double full = full_velocity_at(walls_[last], c, at[c]);
+
+  if (held.any()) {
+    bool has_mirror = rule_ == WallRule::ghost;
+    Index3 mirror = at;
+    for (int a = 0; a < 3; ++a)
+      if (held.wall[a] >= 0) {
+        has_mirror = has_mirror && reach[held.wall[a]].extrapolates(at[a]);
+        mirror[a] = reach[held.wall[a]].mirror;
+      }
+    if (!has_mirror || !node_at(grid, leaf, mirror))
+      part.set_velocity(node, c, ramp * full, full, normal_wall);
+    return;
+  }
+
+  struct Tied {
+    Node* node;
+    double r, b;
+  };
+  std::array<Tied, 64> tied;
+  int count = 0;
+  double momentum = 0, mass = 0;
+  int ghosts[3];
+  for (int a = 0; a < 3; ++a) ghosts[a] = mirrored.wall[a] >= 0 ? 3 : 0;
+  for (int i = 0; i <= ghosts[0]; ++i)
+    for (int j = 0; j <= ghosts[1]; ++j)
+      for (int k = 0; k <= ghosts[2]; ++k) {
+        const int out[3] = {i, j, k};
+        Index3 to = at;
+        Tied t{&node, 1, 0};
+        bool reached = true;
+        for (int pass = 0; pass < 2; ++pass)  // tangential walls, then the normal one
+          for (int a = 0; a < 3; ++a) {
+            if (out[a] == 0 || (a == c) != (pass == 1)) continue;
+            const Reach& r = reach[mirrored.wall[a]];
+            to[a] = r.ghost(out[a]);
+            reached = reached && r.extrapolates(to[a]);
+            const double rho = r.ratio(to[a]),
+                         v_wall = ramp * full_velocity_at(walls_[mirrored.wall[a]], c, at[c]);
+            t.b = v_wall + rho * (t.b - v_wall);
+            t.r *= rho;
+          }
+        if (!reached || (to != at && !(t.node = node_at(grid, leaf, to)))) continue;
+        momentum += t.r * t.node->mass * (t.node->velocity[c] - t.b);
+        mass += t.r * t.r * t.node->mass;
+        tied[count++] = t;
+      }
+  const double v = momentum / mass;
+  for (int n = 0; n < count; ++n)
+    part.set_velocity(*tied[n].node, c, tied[n].b + tied[n].r * v, full, normal_wall);
 }
 
 WallAction Walls::apply(SparseGrid& grid, double time) const {
-  WallAction action;
-  // Tangential components first, so that at an edge the wall whose normal it is has the last word.
-  for (int axis = 0; axis < 3; ++axis)
-    if (walls_[2 * axis].tangential != Tangential::free) constrain(grid, ramp(time), axis, false, action);
-  for (int axis = 0; axis < 3; ++axis) constrain(grid, ramp(time), axis, true, action);
-  return action;
+  const auto reach_of = [&](int w) { return Reach(walls_[w], rule_, cell_size_, grid_offset_[w / 2]); };
+  const std::array<Reach, 6> reach{reach_of(0), reach_of(1), reach_of(2),
+                                   reach_of(3), reach_of(4), reach_of(5)};
+  std::vector<std::uint32_t> near;
+  for (std::uint32_t l = 0; l < grid.leaves().size(); ++l) {
+    const Index3& origin = grid.leaves()[l].origin;
+    for (int w = 0; w < 6; ++w)
+      if (reach[w].touches_leaf(origin[w / 2]) || reach[w].mirror >> 2 == origin[w / 2]) {
+        near.push_back(l);
+        break;
+      }
+  }
+  // Every component of a node is set by the task of its mirror node, or by its own if it has none: no two
+  // tasks meet.
+  std::vector<Part> parts(near.size());
+  tbb::parallel_for(std::size_t(0), near.size(), [&](std::size_t n) {
+    const SparseGrid::Leaf& leaf = grid.leaves()[near[n]];
+    for (int index = 0; index < block_cells; ++index) {
+      Node& node = leaf.nodes[index];
+      if (node.mass <= 0) continue;
+      const Index3 at{leaf.origin[0] * block_edge + (index >> 4),
+                      leaf.origin[1] * block_edge + (index >> 2 & 3),
+                      leaf.origin[2] * block_edge + (index & 3)};
+      for (int c = 0; c < 3; ++c) constrain_node(grid, near[n], at, node, c, ramp(time), reach, parts[n]);
+    }
+  });
+  WallAction sum;
+  for (const Part& part : parts) {
+    for (int w = 0; w < 6; ++w) sum.normal_impulse[w] += part.action.normal_impulse[w];
+    sum.work += part.action.work;
+    sum.kinetic_change += part.action.kinetic_change;
+    sum.impact_loss += part.action.impact_loss;
+    sum.generalized_impulse += part.action.generalized_impulse;
+  }
+  return sum;
 }
 
 }  // namespace anticrack

@@ -25,35 +25,42 @@ struct Wall {
 /// What the walls did to the grid in one step. Index 2 * axis + upper.
 struct WallAction {
   std::array<double, 6> normal_impulse{};  ///< by the wall on the sample, along +axis [N s]
-  double work = 0;                         ///< impulse . mean velocity of the step [J]
-  double kinetic_change = 0;               ///< of the grid, by setting the velocities [J]
-  double generalized_impulse = 0;          ///< sum of impulse . (full wall velocity) [J]; W2 is the rate of its force
+  double work = 0;                         ///< impulse . velocity [J]
+  double impact_loss = 0;          ///< kinetic energy lost where a node takes on a wall's velocity [J]
+  double kinetic_change = 0;       ///< of the grid, by setting the velocities [J]
+  double generalized_impulse = 0;  ///< sum of impulse . (full wall velocity) [J]; W2 is the rate of its force
 };
 
 /// The six walls of the sample box and their motion, line 6 of Algorithm 1.
 class Walls {
  public:
   /// @throws InputError  if a wall is faster than the elastic wave `wave_speed` [m/s]
-  Walls(const Loading& loading, WallRule rule, const Vec3& box_size, double cell_size, const Vec3& grid_offset,
-        double wave_speed);
+  Walls(const Loading& loading, WallRule rule, const Vec3& box_size, double cell_size,
+        const Vec3& grid_offset, double wave_speed);
 
-  /// Enforces the walls on the updated nodal velocities. Where walls meet, each sets its own normal component.
+  /// Enforces the walls on the updated nodal velocities. Where walls meet, each sets its own normal
+  /// component.
   WallAction apply(SparseGrid& grid, double time) const;
 
   void move(double time, double dt);  ///< advances the positions from `time` to `time + dt`
 
   double ramp(double time) const { return ramp_time_ > 0 && time < ramp_time_ ? time / ramp_time_ : 1.0; }
-  double max_speed() const;  ///< [m/s] at the end of the ramp
-  Vec3 lower() const;        ///< [m]
-  Vec3 upper() const;        ///< [m]
+  double max_speed() const;                                     ///< [m/s] at the end of the ramp
+  Vec3 lower() const;                                           ///< [m]
+  Vec3 upper() const;                                           ///< [m]
   double volume() const { return (upper() - lower()).prod(); }  ///< of the whole box, solid and void [m^3]
-  Vec3 strain() const;       ///< nominal (engineering) strain of the box along each axis; negative in compression
+  Vec3 strain() const;  ///< nominal (engineering) strain of the box along each axis; negative in compression
   std::array<double, 6> positions() const;
   void set_positions(const std::array<double, 6>& positions);  ///< to resume a run
 
  private:
   struct Reach;  // the nodes that a wall takes hold of
-  void constrain(SparseGrid& grid, double ramp, int axis, bool normal, WallAction& action) const;
+  struct Hold;
+  struct Part;
+  bool constrains(int axis, int component) const;
+  double full_velocity_at(const Wall& wall, int component, int node_component) const;
+  void constrain_node(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, Node& node, int component,
+                      double ramp, const std::array<Reach, 6>& reach, Part& part) const;
 
   std::array<Wall, 6> walls_;
   WallRule rule_;

@@ -25,8 +25,10 @@ Six plain_strain(const Six& h) {
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix<long double, 3, 3>> solver(m);
   Eigen::Matrix<long double, 3, 1> log;
   for (int i = 0; i < 3; ++i) log[i] = 0.5L * std::log1p(solver.eigenvalues()[i]);
-  const Eigen::Matrix<long double, 3, 3> e = solver.eigenvectors() * log.asDiagonal() * solver.eigenvectors().transpose();
-  return {double(e(0, 0)), double(e(1, 1)), double(e(2, 2)), double(e(0, 1)), double(e(0, 2)), double(e(1, 2))};
+  const Eigen::Matrix<long double, 3, 3> e =
+      solver.eigenvectors() * log.asDiagonal() * solver.eigenvectors().transpose();
+  return {double(e(0, 0)), double(e(1, 1)), double(e(2, 2)),
+          double(e(0, 1)), double(e(0, 2)), double(e(1, 2))};
 }
 
 double difference(const Six& a, const Six& b) {
@@ -47,7 +49,8 @@ TEST(HenckyStrain, IsExactForEverySizeAcrossTheSeamOfSeriesAndEigenvalues) {
     for (int n = 0; n < 50; ++n) {
       const Six h = random_h(size);
       // A dozen roundings of numbers of the size of h.
-      EXPECT_LT(difference(strain_of(h), plain_strain(h)), 8e-16 * size * (size > 0.1 ? 8 : 3)) << "size " << size;
+      EXPECT_LT(difference(strain_of(h), plain_strain(h)), 8e-16 * size * (size > 0.1 ? 8 : 3))
+          << "size " << size;
     }
 }
 
@@ -74,10 +77,12 @@ TEST(HenckyStrain, AgreesWithTheHighPrecisionTable) {
     if (table.text(row, "status") != "OK") continue;
     Mat3 L;  // F - I: b - I = L + L^T + L L^T keeps the strain's digits
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) L(i, j) = table.number(row, "F" + std::to_string(i + 1) + std::to_string(j + 1)) - (i == j);
+      for (int j = 0; j < 3; ++j)
+        L(i, j) = table.number(row, "F" + std::to_string(i + 1) + std::to_string(j + 1)) - (i == j);
     const Mat3 b = L + L.transpose() + L * L.transpose();
     const Six eps = strain_of({b(0, 0), b(1, 1), b(2, 2), b(0, 1), b(0, 2), b(1, 2)});
-    if (!b.allFinite() || b.determinant() <= 0 || L.norm() > 1e100) {  // b over- or underflows: the engine refuses such an F
+    if (!b.allFinite() || b.determinant() <= 0 ||
+        L.norm() > 1e100) {  // b over- or underflows: the engine refuses such an F
       EXPECT_TRUE(std::isnan(eps[0])) << table.text(row, "id");
       continue;
     }

@@ -19,13 +19,23 @@ SimulationSetup crushed(std::vector<Vec3>& positions) {
     for (int j = 0; j < 32; ++j)
       for (int k = 0; k < 20; ++k)
         if (random() % 10 < 5) positions.push_back(h * Vec3(i + 0.5, j + 0.5, k + 0.5));
-  return {h * Vec3(24, 32, 20), h * h * h, 2 * h, {1e4, {10e9, 0.3}, DruckerPragerSoftening{1.2, 2.5e6, 1e6}},
-          ConfinedCompression{1, true, 60.0}, {}};
+  return {h * Vec3(24, 32, 20),
+          h * h * h,
+          2 * h,
+          {1e4, {10e9, 0.3}, DruckerPragerSoftening{1.2, 2.5e6, 1e6}},
+          ConfinedCompression{1, true, 60.0},
+          {}};
 }
 
 std::vector<double> state_of(const Simulation& s) {
-  std::vector<double> all{s.time(), s.dt(), s.kinetic_energy(), s.ledger().plastic_dissipation, s.ledger().wall_work,
-                          s.ledger().numerical_dissipation, s.observed().tau[1], double(s.grid().leaves().size())};
+  std::vector<double> all{s.time(),
+                          s.dt(),
+                          s.kinetic_energy(),
+                          s.ledger().plastic_dissipation,
+                          s.ledger().wall_work,
+                          s.ledger().numerical_dissipation,
+                          s.observed().tau[1],
+                          double(s.grid().leaves().size())};
   const Particles& p = s.particles();
   for (std::size_t i = 0; i < p.count; ++i) {
     for (const auto& a : p.s) all.push_back(a[i]);

@@ -1,0 +1,129 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "observables/observer.h"
+#include "simulation.h"
+#include "time_step.h"
+
+namespace anticrack {
+namespace {
+
+Material elastic() {
+  return {1e4, {10e9, 0.3}, std::nullopt};
+}
+
+std::vector<Vec3> block(const Index3& points, double h, const Vec3& corner = Vec3::Zero()) {
+  std::vector<Vec3> x;
+  for (int i = 0; i < points[0]; ++i)
+    for (int j = 0; j < points[1]; ++j)
+      for (int k = 0; k < points[2]; ++k) x.push_back(corner + h * Vec3(i + 0.5, j + 0.5, k + 0.5));
+  return x;
+}
+
+/// A body far from all walls.
+SimulationSetup free_body(double h) {
+  return {Vec3(100, 100, 100) * h, h * h * h, 2 * h, elastic(), ConfinedCompression{1, false, 1e-30}, {}};
+}
+
+Vec3 momentum_of(const Simulation& s) {
+  Vec3 sum = Vec3::Zero();
+  const Particles& p = s.particles();
+  for (std::size_t i = 0; i < p.count; ++i) sum += s.particle_mass() * Vec3(p.v[0][i], p.v[1][i], p.v[2][i]);
+  return sum;
+}
+
+TEST(Physics, MomentumOfAFreeBodyIsKeptToRounding) {
+  const double h = 0.1;
+  const auto x = block({10, 12, 9}, h, Vec3(40, 40, 40) * h);
+  std::mt19937 random(5);
+  std::normal_distribution<> normal(0, 3);
+  std::vector<Vec3> v;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    v.push_back(Vec3(normal(random), normal(random) + 2, normal(random)));
+  Simulation s(free_body(h), x, v);
+  const Vec3 before = momentum_of(s);
+  double scale = 0;
+  for (const Vec3& u : v) scale += s.particle_mass() * u.norm();
+  for (int n = 0; n < 300; ++n) s.step(false);
+  // 300 steps, each with a rounding or two of the sum of |m v| spread over a thousand particles.
+  EXPECT_LT((momentum_of(s) - before).norm(), 1e-13 * scale);
+  EXPECT_GT(s.observed().max_compression, 0) << "the body must work for the test to say anything";
+}
+
+TEST(Physics, RigidTranslationLeavesNoStrain) {
+  const double h = 0.1;
+  const auto x = block({8, 8, 8}, h, Vec3(20, 30, 40) * h);
+  const Vec3 velocity(14, -6, 22);
+  Simulation s(free_body(h), x, std::vector<Vec3>(x.size(), velocity));
+  for (int n = 0; n < 400; ++n) s.step(false);
+  const auto now = s.positions();
+  const Particles& p = s.particles();
+  double strain = 0, away = 0;
+  for (std::size_t i = 0; i < p.count; ++i) {
+    for (int e = 0; e < 6; ++e) strain = std::max(strain, std::abs(p.h[e][i]));
+    away = std::max(away, (now[i] - x[p.id[i]] - s.time() * velocity).norm());
+  }
+  EXPECT_GT(s.time() * velocity.norm(), 3 * s.setup().cell_size);  // through several cells
+  EXPECT_LT(strain, 1e-12);  // 400 steps of gradients that cancel to rounding
+  EXPECT_LT(away, 1e-12 * x[0].norm());
+}
+
+TEST(Physics, LongitudinalWaveTravelsAtItsSpeed) {
+  const double h = 1.0 / 128;
+  const Index3 points{8, 256, 8};
+  SimulationSetup setup{
+      h * Vec3(8, 256, 8), h * h * h, 2 * h, elastic(), ConfinedCompression{1, false, 0.1}, {}};
+  Simulation s(setup, block(points, h));
+  const double c = elastic_wave_speed(setup.material);
+  while (s.time() < 0.6 * setup.box_size[1] / c) s.step(false);
+  // Behind the front the material moves with the platen, ahead of it it rests: half the momentum of the
+  // moving part measures where the front is.
+  const double per_length = setup.material.density * setup.box_size[0] * setup.box_size[2];
+  const double length = std::abs(momentum_of(s)[1]) / (per_length * 0.1);
+  EXPECT_NEAR(length / (c * s.time()), 1,
+              0.01);  // the platen pushes from the first step on: half a step and a half cell
+}
+
+TEST(Physics, SolidBlockBetweenSlipWallsHasConfinedStressInClosedForm) {
+  const double h = 1.0 / 16;
+  SimulationSetup setup{
+      Vec3(1, 1, 1), h * h * h, 2 * h, elastic(), TriaxialLoading{0, -1, 0.05, WallKind::affine, 5e-3}, {}};
+  setup.numerics.flip = 0.9;
+  Simulation s(setup, block({16, 16, 16}, h));
+  while (s.walls().strain()[1] > -2e-3) s.step(false);
+  s.step(true);
+  // Homogeneous: b = F F^T with the nominal strain in F; sigma = tau / J.
+  const double e = std::log1p(s.walls().strain()[0]), K = setup.material.elasticity.bulk_modulus();
+  EXPECT_NEAR(setup.particle_volume * s.observed().tau[0] / (3 * K * e), 1, 2e-3);
+  EXPECT_NEAR(s.observed().q / s.observed().tau[0], 0, 1e-3);
+}
+
+TEST(Observer, ReadsTheModuliOfASolidAndClosesTheEnergyBalance) {
+  const double h = 1.0 / 16;
+  SimulationSetup setup{
+      Vec3(1, 1, 1), h * h * h, 2 * h, elastic(), TriaxialLoading{0.5, -1, 0.01, WallKind::affine, 8e-3}, {}};
+  Simulation s(setup, block({16, 16, 16}, h));
+  Observer observer(s);
+  HistoryRow row;
+  while (s.walls().strain()[1] > -1e-3) {
+    const bool due = s.steps() % 10 == 9;
+    s.step(due);
+    if (due) row = observer.record(s, 0);
+  }
+  ASSERT_TRUE(observer.bulk_modulus() && observer.shear_modulus());
+  EXPECT_NEAR(*observer.bulk_modulus() / setup.material.elasticity.bulk_modulus(), 1, 5e-3);
+  EXPECT_NEAR(*observer.shear_modulus() / setup.material.elasticity.mu(), 1, 5e-3);
+  std::printf("energy residual %.2e, wall over volume stress %.4f\n", row.energy_residual,
+              observer.quasi_static().wall_over_volume_stress);
+  // The velocity is half a step behind the strain: half a step of the wall's power, dt / t of its work, stays
+  // open.
+  EXPECT_LT(std::abs(row.energy_residual), 2 * row.dt / row.time);
+  EXPECT_NEAR(observer.quasi_static().wall_over_volume_stress, 1, 0.02);
+  EXPECT_GT(row.second_order_work, 0);
+  EXPECT_FALSE(observer.failure());
+}
+
+}  // namespace
+}  // namespace anticrack
