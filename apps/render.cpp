@@ -57,6 +57,11 @@ struct Job {
     return frame;
   }
 
+  void write(const std::string& bytes) const {
+    fs::create_directories(fs::absolute(arguments.output).parent_path());
+    write_text_atomically(arguments.output, bytes);
+  }
+
   Image draw(const Frame& frame, const ColorScale& scale, const Camera& camera) {
     return draw_frame(frame, field, scale, camera, settings,
                       [this](std::string_view text) { progress.message("  " + std::string(text)); });
@@ -104,7 +109,7 @@ void render_still(Job& job) {
   const ColorScale scale = chooser.choose();
   const Box box = frame_box(frame);
   const auto size = picture_size(job, box, annotation_of(job, scale, frame.header));
-  write_text_atomically(job.arguments.output, draw_annotated(job, frame, scale, box, size));
+  job.write(draw_annotated(job, frame, scale, box, size));
 }
 
 /// Rows of a panel: which frame of each run.
@@ -165,9 +170,8 @@ void render_panel(Job& job) {
   const Camera camera = Camera::fit(box, job.settings.view, width, height, 0.03);
   std::vector<Image> pictures;
   for (const fs::path& file : files) pictures.push_back(job.draw(job.read(file), scale, camera));
-  write_text_atomically(job.arguments.output,
-                        encode_png(compose_panel(panel, pictures, camera.pixel_size()),
-                                   picture_text(first, job.field, scale, job.settings, job.arguments)));
+  job.write(encode_png(compose_panel(panel, pictures, camera.pixel_size()),
+                       picture_text(first, job.field, scale, job.settings, job.arguments)));
 }
 
 void render_movie(Job& job) {
@@ -227,20 +231,15 @@ void render(const RenderArguments& arguments) {
     throw InputError("--frames and --strains exclude each other.");
   }
   Job job(arguments);
+  job.scale_chooser();
   check_output_file(output, true);
   const ThreadLimit limit(thread_count(arguments));
   const auto start = std::chrono::steady_clock::now();
-  const fs::path folder = fs::absolute(output).parent_path();
-  const auto write = [&](const std::string& bytes) {
-    fs::create_directories(folder);
-    write_text_atomically(output, bytes);
-  };
-
   if (arguments.plot) {
     const auto size = job.settings.size.value_or(std::array{1200.0, 840.0});
     const std::string bytes = plot_histories(arguments.inputs, arguments.plot_x, arguments.plot_y, output,
                                              int(size[0]), int(size[1]));
-    write(bytes);
+    job.write(bytes);
   } else if (arguments.panel) {
     render_panel(job);
   } else if (movie) {

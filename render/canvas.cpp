@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <regex>
 #include <vector>
 
 #include "embedded_assets.h"
@@ -241,6 +242,10 @@ Image Canvas::image() const {
 std::string Canvas::document(const TextChunks& text) {
   if (state_->format == DocumentFormat::png) return encode_png(image(), text);
   cairo_surface_finish(state_->surface);
+  if (state_->format == DocumentFormat::svg) {
+    // Cairo numbers its surfaces over the whole process: equal plots are equal files.
+    return std::regex_replace(state_->bytes, std::regex("id=\"surface[0-9]+\""), "id=\"surface\"");
+  }
   return state_->bytes;
 }
 

@@ -61,12 +61,12 @@ Lab interpolate(const std::vector<Lab>& anchors, double s) {
   return {p1.L + t * (p2.L - p1.L), cubic(p0.a, p1.a, p2.a, p3.a), cubic(p0.b, p1.b, p2.b, p3.b)};
 }
 
-/// Away from zero (or towards it) to two significant digits.
+/// Away from zero (or towards it) to two significant digits; what single precision adds does not count.
 double rounded(double value, bool away) {
   if (value == 0) return 0;
   const double unit = std::pow(10, std::floor(std::log10(std::abs(value))) - 1);
   const double digits = std::abs(value) / unit;
-  return std::copysign(unit * (away ? std::ceil(digits - 1e-6) : std::floor(digits + 1e-6)), value);
+  return std::copysign(unit * (away ? std::ceil(digits - 1e-5) : std::floor(digits + 1e-5)), value);
 }
 
 double percentile_of(std::vector<float>& values, double percent) {

@@ -18,6 +18,7 @@ struct OsmesaLibrary {
   decltype(&OSMesaMakeCurrent) make_current = nullptr;
   decltype(&OSMesaPixelStore) pixel_store = nullptr;
   decltype(&OSMesaGetProcAddress) address = nullptr;
+  decltype(&OSMesaGetIntegerv) integer = nullptr;
 
   OsmesaLibrary() {
     void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_LOCAL);
@@ -35,6 +36,7 @@ struct OsmesaLibrary {
     find("OSMesaMakeCurrent", make_current);
     find("OSMesaPixelStore", pixel_store);
     find("OSMesaGetProcAddress", address);
+    find("OSMesaGetIntegerv", integer);
   }
 };
 
@@ -87,6 +89,16 @@ class OsmesaContext : public GlContext {
 }  // namespace
 
 std::unique_ptr<GlContext> make_osmesa_context(int width, int height) {
+  GLint most_columns = 0;
+  GLint most_rows = 0;
+  osmesa().integer(OSMESA_MAX_WIDTH, &most_columns);
+  osmesa().integer(OSMESA_MAX_HEIGHT, &most_rows);
+  if (width > most_columns || height > most_rows) {
+    throw InputError("OSMesa draws at most " + std::to_string(most_columns) + " x " +
+                     std::to_string(most_rows) + " pixels; got " + std::to_string(width) + " x " +
+                     std::to_string(height) +
+                     ", samples counted. Use a smaller picture or the Embree renderer.");
+  }
   return std::make_unique<OsmesaContext>(width, height);
 }
 

@@ -61,6 +61,8 @@ Ticks logarithmic_ticks(double low, double high) {
 
 std::string number_label(double value) {
   if (value == 0) return "0";
+  if (!std::isfinite(value))
+    return std::isnan(value) ? "not a number" : value > 0 ? "\u221e" : "\u2212\u221e";
   const int magnitude = int(std::floor(std::log10(std::abs(value)) + 1e-9));
   if (magnitude > 4 || magnitude < -3) {
     const double mantissa = value / std::pow(10, magnitude);

@@ -1,0 +1,74 @@
+#include "plot.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "errors.h"
+#include "png_content.h"
+
+namespace anticrack {
+namespace {
+
+Plot example() {
+  Plot plot{"\u2212\u03b5_y [%]", "stress [MPa]", {}};
+  for (const auto& [label, slope] : {std::pair{"p", 1.0}, {"q", 0.5}}) {
+    Curve curve{label, {}, {}};
+    for (int i = 0; i <= 100; ++i) {
+      curve.x.push_back(0.1 * i);
+      curve.y.push_back(slope * 0.1 * i);
+    }
+    plot.curves.push_back(curve);
+  }
+  return plot;
+}
+
+TEST(Plot, WritesPngSvgAndPdf) {
+  EXPECT_EQ(draw_plot(example(), DocumentFormat::png).substr(1, 3), "PNG");
+  EXPECT_NE(draw_plot(example(), DocumentFormat::svg).find("<svg"), std::string::npos);
+  EXPECT_EQ(draw_plot(example(), DocumentFormat::pdf).substr(0, 5), "%PDF-");
+}
+
+TEST(Plot, IsTheSameBytesTwice) {
+  for (const DocumentFormat format : {DocumentFormat::png, DocumentFormat::svg, DocumentFormat::pdf}) {
+    EXPECT_EQ(draw_plot(example(), format), draw_plot(example(), format));
+  }
+}
+
+TEST(Plot, FormatFollowsTheExtension) {
+  EXPECT_EQ(document_format("a/b.svg"), DocumentFormat::svg);
+  EXPECT_EQ(document_format("b.pdf"), DocumentFormat::pdf);
+  EXPECT_EQ(document_format("b.png"), DocumentFormat::png);
+  EXPECT_THROW(document_format("b.jpg"), InputError);
+}
+
+TEST(Plot, DrawsTheSteeperCurveAbove) {
+  const Image image = decode_png(draw_plot(example(), DocumentFormat::png, 900, 600));
+  EXPECT_EQ(image.width, 900);
+  // Walk down a column three quarters along: first the black curve, then the blue one.
+  int black = -1;
+  int blue = -1;
+  for (int row = 40; row < 500; ++row) {
+    const Rgb8& c = image.at(650, row);
+    if (black < 0 && c[0] < 60 && c[2] < 60) black = row;
+    if (blue < 0 && c[2] > c[0] + 80) blue = row;
+  }
+  ASSERT_GE(black, 0);
+  ASSERT_GE(blue, 0);
+  EXPECT_LT(black + 50, blue);
+}
+
+TEST(Plot, BreaksTheLineWhereAValueIsMissing) {
+  Plot plot{"x", "y", {{"", {0, 1, 2, 3}, {1, NAN, 2, 2}}}};
+  EXPECT_NO_THROW(draw_plot(plot, DocumentFormat::png));
+}
+
+TEST(Plot, RefusesNothing) {
+  EXPECT_THROW(draw_plot({"x", "y", {}}, DocumentFormat::png), InputError);
+  EXPECT_THROW(draw_plot({"x", "y", {{"", {NAN}, {1}}}}, DocumentFormat::png), InputError);
+  EXPECT_THROW(draw_plot({"x", "y", {{"", {1, 2}, {1}}}}, DocumentFormat::png), InputError);
+  EXPECT_THROW(draw_plot(example(), DocumentFormat::png, 60, 40), InputError);
+}
+
+}  // namespace
+}  // namespace anticrack
