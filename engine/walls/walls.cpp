@@ -232,12 +232,20 @@ WallAction Walls::apply(SparseGrid& grid, double time) const {
   std::vector<Part> parts(near.size());
   tbb::parallel_for(std::size_t(0), near.size(), [&](std::size_t n) {
     const SparseGrid::Leaf& leaf = grid.leaves()[near[n]];
+    bool concerned[3][block_edge];  // planes of the leaf that a wall holds or extrapolates from
+    for (int a = 0; a < 3; ++a)
+      for (int k = 0; k < block_edge; ++k) {
+        const int at = leaf.origin[a] * block_edge + k;
+        concerned[a][k] = false;
+        for (const Reach* r : {&reach[2 * a], &reach[2 * a + 1]})
+          concerned[a][k] = concerned[a][k] || r->holds(at) || r->mirror == at;
+      }
     for (int index = 0; index < block_cells; ++index) {
       Node& node = leaf.nodes[index];
-      if (node.mass <= 0) continue;
-      const Index3 at{leaf.origin[0] * block_edge + (index >> 4),
-                      leaf.origin[1] * block_edge + (index >> 2 & 3),
-                      leaf.origin[2] * block_edge + (index & 3)};
+      const Index3 in_leaf{index >> 4, index >> 2 & 3, index & 3};
+      if (node.mass <= 0 || !(concerned[0][in_leaf[0]] || concerned[1][in_leaf[1]] || concerned[2][in_leaf[2]])) continue;
+      Index3 at;
+      for (int a = 0; a < 3; ++a) at[a] = leaf.origin[a] * block_edge + in_leaf[a];
       for (int c = 0; c < 3; ++c) constrain_node(grid, near[n], at, node, c, ramp(time), reach, parts[n]);
     }
   });
