@@ -11,17 +11,10 @@
 #include "generate.h"
 #include "info.h"
 #include "io/provenance.h"
-#include "nearest_name.h"
-#if __has_include("run.h")
-#include "run.h"
-#endif
-#if __has_include("material.h")
 #include "material.h"
-#endif
-#if __has_include("bench.h")
-#include "bench.h"
-#endif
-#if ANTICRACK_RENDER && __has_include("render.h")
+#include "nearest_name.h"
+#include "run.h"
+#if ANTICRACK_RENDER
 #include "render.h"
 #endif
 
@@ -31,18 +24,11 @@ namespace {
 
 void add_commands(CLI::App& app) {
   add_generate_command(app);
-#if __has_include("run.h")
   add_run_command(app);
-#endif
-#if ANTICRACK_RENDER && __has_include("render.h")
+#if ANTICRACK_RENDER
   add_render_command(app);
 #endif
-#if __has_include("material.h")
   add_material_command(app);
-#endif
-#if __has_include("bench.h")
-  add_bench_command(app);
-#endif
   add_info_command(app);
 }
 

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
@@ -17,9 +18,18 @@ std::string duration_text(double seconds) {
   return fmt::format("{} h {} min", s / 3600, s % 3600 / 60);
 }
 
+namespace {
+
+/// In percent to two decimals; never "-0.00".
+double percent(double fraction) {
+  return std::round(1e4 * fraction) / 100 + 0.0;
+}
+
+}  // namespace
+
 std::string progress_text(const ProgressState& state, std::optional<double> seconds_left) {
   std::string text = fmt::format("step {}  strain {:.2f} %  {:.1f} M particle-steps/s", state.step,
-                                 100 * state.strain, state.particle_steps_per_second / 1e6);
+                                 percent(state.strain), state.particle_steps_per_second / 1e6);
   if (seconds_left) text += fmt::format("  {} left", duration_text(*seconds_left));
   return text;
 }
@@ -85,7 +95,8 @@ void Progress::show(const ProgressState& state) {
   if (mode_ == Mode::json) {
     fmt::print(stream_, "{}\n", progress_json(state, left));
   } else if (mode_ == Mode::lines) {
-    fmt::print(stream_, "{:3.0f} %  {}\n", 100 * state.fraction, progress_text(state, left));
+    fmt::print(stream_, "{:3.0f} %  {}\n", percent(std::max(0.0, state.fraction)),
+               progress_text(state, left));
   } else {
     winsize window{};
     const int columns =
@@ -96,7 +107,7 @@ void Progress::show(const ProgressState& state) {
     const int full = int(std::clamp(state.fraction, 0.0, 1.0) * width);
     std::string bar = fmt::format("{:#>{}}{:->{}}", "", full, "", width - full);
     if (color_) bar = fmt::format("\033[36m{}\033[0m", bar);
-    fmt::print(stream_, "\r\033[K{:3.0f} % {} {:.{}}", 100 * state.fraction, bar, text,
+    fmt::print(stream_, "\r\033[K{:3.0f} % {} {:.{}}", percent(std::max(0.0, state.fraction)), bar, text,
                std::max(0, columns - 9));
     bar_is_shown_ = true;
   }

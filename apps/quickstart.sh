@@ -36,13 +36,13 @@ else
   simulate --force
 fi
 
-say "Images"
-for frame in 2 10 20 last; do
-  "$anticrack" render "$run" --frame "$frame" --field kappa -o "$out/frame_$frame.png"
+say "Images: half a minute each"
+for frame in 3 10 20 last; do
+  "$anticrack" render "$run" --frame "$frame" --field kappa -o "$out/plastic_strain_$frame.png"
 done
-"$anticrack" render "$run" --panel -o "$out/panel.png"
-"$anticrack" render "$run" --plot -o "$out/stress_strain.png"
-"$anticrack" render "$run" --frame last --renderer osmesa -o "$out/preview.png"
+"$anticrack" render "$run" --panel --strains 0.03,0.1,0.2,0.4 --field velocity_y -o "$out/velocity_panel.png"
+"$anticrack" render "$run" --plot --x=-strain_y --y p,q -o "$out/stress_strain.png"
+"$anticrack" render "$run" --renderer osmesa -o "$out/preview.png"
 
 say "Done. Look at:"
 ls -1 "$out"/*.png

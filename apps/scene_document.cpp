@@ -123,6 +123,10 @@ SceneValue parse_override(const std::string& text, const std::string& place, con
   return {text, place, text};
 }
 
+bool is_override(const SceneValue& value) {
+  return value.place.starts_with("--set");
+}
+
 bool contains_word(std::string_view words, std::string_view word) {
   while (!words.empty()) {
     const std::size_t space = std::min(words.find(' '), words.size());
@@ -177,10 +181,14 @@ void SceneDocument::apply_override(const std::string& text) {
   const std::string key = text.substr(dot + 1, equals - dot - 1);
   auto& values = sections_.try_emplace(section_name, section_name, place).first->second.values();
 
+  const auto erase_from_file = [&](std::string_view excluded) {
+    const auto found = values.find(std::string(excluded));
+    if (found != values.end() && !is_override(found->second)) values.erase(found);
+  };
   for (const auto& [section, one, other] : schema_.exclusive) {
     if (section != section_name) continue;
-    if (key == one) values.erase(std::string(other));
-    if (key == other) values.erase(std::string(one));
+    if (key == one) erase_from_file(other);
+    if (key == other) erase_from_file(one);
   }
   const SceneValue value = parse_override(text.substr(equals + 1), place, text.substr(0, equals));
   if (key == selector_of(section_name)) {
@@ -188,7 +196,7 @@ void SceneDocument::apply_override(const std::string& text) {
     std::erase_if(values, [&](const auto& item) {
       const SceneKey* known = find_key(section_name, item.first);
       return choice && known && !known->owners.empty() && !contains_word(known->owners, *choice) &&
-             !item.second.place.starts_with("--set");
+             !is_override(item.second);
     });
   }
   values.insert_or_assign(key, value);

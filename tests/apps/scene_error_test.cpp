@@ -251,6 +251,13 @@ TEST(SceneReader, NamesTheOverrideAsThePlace) {
             "--set material.desnity=1: material.desnity = 1; unknown key; did you mean density?");
 }
 
+TEST(SceneReader, RefusesOverridesThatExcludeEachOther) {
+  EXPECT_EQ(refusal(example_scene, {"loading.until=failure", "loading.until_strain=0.1"}),
+            "--set loading.until=failure: loading.until = \"failure\"; loading.until_strain is given as "
+            "well; expected "
+            "one of the two.");
+}
+
 TEST(SceneReader, RefusesOverridesThatNameNoKey) {
   for (const std::string text : {"density=1", "material.density", "=1", ".density=1", "material.=1", ""}) {
     EXPECT_EQ(refusal(example_scene, {text}),
