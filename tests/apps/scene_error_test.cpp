@@ -253,7 +253,7 @@ TEST(SceneReader, NamesTheOverrideAsThePlace) {
 
 TEST(SceneReader, RefusesOverridesThatExcludeEachOther) {
   EXPECT_EQ(refusal(example_scene, {"loading.until=failure", "loading.until_strain=0.1"}),
-            "--set loading.until=failure: loading.until = \"failure\"; loading.until_strain is given as "
+            "--set loading.until=failure: loading.until = failure; loading.until_strain is given as "
             "well; expected "
             "one of the two.");
 }
