@@ -28,7 +28,7 @@ namespace {
 
 struct RunOptions : CommonOptions {
   std::string scene, output;
-  bool force = false, resume = false, dry_run = false;
+  bool force = false, resume = false, dry_run = false, save_grid = false;
   std::int64_t max_steps = 0;       ///< 0: no limit
   double max_walltime_minutes = 0;  ///< 0: no limit
 };
@@ -263,6 +263,9 @@ class Run {
     result.solid_fraction_achieved = sample_.solid_fraction;
     result.solid_fraction_asked = sample_.solid_fraction_asked;
     result.quasi_static = observer_->quasi_static();
+    if (options_.save_grid)
+      simulation_->grid().write_vdb(folder_->path() / "grid.vdb", simulation_->setup().cell_size,
+                                    Vec3(scene_.numerics.grid_offset.data()));
     write_run_result(result, folder_->path() / "result.json");
     progress_.finish(
         progress(),
@@ -323,6 +326,8 @@ CLI::App* add_run_command(CLI::App& app) {
   command->add_flag("--resume", options->resume, "Go on from the folder's last checkpoint")
       ->excludes("--force")
       ->excludes(dry);
+  command->add_flag("--save-grid", options->save_grid,
+                    "Save the background grid of the last step as VDB grids in DIR/grid.vdb");
   command->add_option("--max-steps", options->max_steps, "Stop after so many steps in all")
       ->check(CLI::PositiveNumber);
   command
