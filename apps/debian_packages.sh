@@ -2,7 +2,8 @@
 
 build_packages=(
   g++ cmake ninja-build pkg-config
-  libopenvdb-dev libimath-dev libtbb-dev libeigen3-dev   # sparse grids, threads, small vectors
+  libopenvdb-dev libboost-dev libimath-dev               # sparse grids; Debian forgets that their headers include Boost
+  libtbb-dev libeigen3-dev                               # threads, small vectors
   libhwy-dev libdeflate-dev                              # portable SIMD, checksums
   libtiff-dev libpng-dev                                 # scans, images
   libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libfmt-dev
