@@ -37,10 +37,10 @@ else
 fi
 
 say "Images: half a minute each"
-for frame in 3 10 20 last; do
+for frame in 3 12 24 last; do
   "$anticrack" render "$run" --frame "$frame" --field kappa -o "$out/plastic_strain_$frame.png"
 done
-"$anticrack" render "$run" --panel --strains 0.03,0.1,0.2,0.4 --field velocity_y -o "$out/velocity_panel.png"
+"$anticrack" render "$run" --panel --strains 0.02,0.1,0.2,0.3 --field velocity_y -o "$out/velocity_panel.png"
 "$anticrack" render "$run" --plot --x=-strain_y --y p,q -o "$out/stress_strain.png"
 "$anticrack" render "$run" --renderer osmesa -o "$out/preview.png"
 
