@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 namespace {
 
 // What a run writes: the only names that --force removes.
-constexpr const char* run_files[] = {"scene.toml", "provenance.json", "history.csv", "result.json", "grid.vdb"};
+constexpr const char* run_files[] = {"scene.toml", "provenance.json", "history.csv", "result.json",
+                                     "grid.vdb"};
 constexpr const char* run_folders[] = {"frames", "checkpoint"};
 
 bool belongs_to_run(const fs::path& file) {

@@ -243,7 +243,9 @@ WallAction Walls::apply(SparseGrid& grid, double time) const {
     for (int index = 0; index < block_cells; ++index) {
       Node& node = leaf.nodes[index];
       const Index3 in_leaf{index >> 4, index >> 2 & 3, index & 3};
-      if (node.mass <= 0 || !(concerned[0][in_leaf[0]] || concerned[1][in_leaf[1]] || concerned[2][in_leaf[2]])) continue;
+      if (node.mass <= 0 ||
+          !(concerned[0][in_leaf[0]] || concerned[1][in_leaf[1]] || concerned[2][in_leaf[2]]))
+        continue;
       Index3 at;
       for (int a = 0; a < 3; ++a) at[a] = leaf.origin[a] * block_edge + in_leaf[a];
       for (int c = 0; c < 3; ++c) constrain_node(grid, near[n], at, node, c, ramp(time), reach, parts[n]);
