@@ -4,6 +4,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "time_step.h"
+
 namespace anticrack {
 
 namespace {
@@ -16,6 +18,12 @@ double von_mises(const double (&s)[6]) {
   const double m = -mean_stress(s);
   const double diagonal = (s[0] - m) * (s[0] - m) + (s[1] - m) * (s[1] - m) + (s[2] - m) * (s[2] - m);
   return std::sqrt(1.5 * (diagonal + 2 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5])));
+}
+
+/// Ramp and two passages of the longitudinal wave [s]: before that a wall's force is that of its start.
+double settling_time(const SimulationSetup& setup) {
+  const double ramp = std::visit([](const auto& loading) { return loading.ramp_time; }, setup.loading);
+  return ramp + 2 * setup.box_size.maxCoeff() / elastic_wave_speed(setup.material);
 }
 
 }  // namespace
@@ -102,8 +110,9 @@ HistoryRow Observer::record(const Simulation& simulation, double wall_seconds) {
       m_.e_e += e * e;
     }
   }
-  // Failure: the peak of the conjugate force.
-  if (!m_.failed) {
+  // Failure: the peak of the conjugate force, once the impact of the walls has crossed the sample and come
+  // back.
+  if (!m_.failed && simulation.time() > settling_time(simulation.setup())) {
     if (conjugate > m_.peak_force) {
       m_.peak_force = conjugate;
       m_.peak_strain = loading_strain(simulation), m_.peak_p = row.p, m_.peak_q = row.q;
