@@ -25,7 +25,12 @@ say "Microstructure: a level cut through a Gaussian random field, a few seconds"
 mkdir -p "$out"
 "$anticrack" generate "$scene" -o "$out/sample.vdb" --force
 
-simulate() { "$anticrack" run "$scene" -o "$run" "$@"; }
+simulate() {
+  local status=0
+  "$anticrack" run "$scene" -o "$run" "$@" || status=$?
+  [ "$status" -ne 75 ] || say "Stopped. Run this script again to go on."
+  return "$status"
+}
 if [ -f "$run/result.json" ] && [ "$run/result.json" -nt "$scene" ] && [ "$run/result.json" -nt "$anticrack" ]; then
   say "Simulation: done before"
 elif compgen -G "$run/checkpoint/*.bin" >/dev/null && [ ! -f "$run/result.json" ] && [ "$run/scene.toml" -nt "$scene" ]; then
