@@ -79,7 +79,9 @@ TEST(HenckyStrain, AgreesWithTheHighPrecisionTable) {
     Mat3 L;  // F - I: b - I = L + L^T + L L^T keeps the strain's digits
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        L(i, j) = table.number(row, "F" + std::to_string(i + 1) + std::to_string(j + 1)) - (i == j);
+        L(i, j) =
+            table.number(row, std::string("F").append(std::to_string(i + 1)).append(std::to_string(j + 1))) -
+            (i == j);
     const Mat3 h = L + L.transpose() + L * L.transpose();
     const Six eps = strain_of({h(0, 0), h(1, 1), h(2, 2), h(0, 1), h(0, 2), h(1, 2)});
     // h = b - I holds an eigenvalue of b to 1e-16 only. Compression below a hundredth of the length is beyond

@@ -128,7 +128,8 @@ TEST(HenckyElasticity, AgreesWithTheHighPrecisionTable) {
     Mat3 F;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        F(i, j) = table.number(row, "F" + std::to_string(i + 1) + std::to_string(j + 1));
+        F(i, j) =
+            table.number(row, std::string("F").append(std::to_string(i + 1)).append(std::to_string(j + 1)));
     const HenckyElasticity elasticity{table.number(row, "E_Pa"), table.number(row, "nu")};
     const auto s = hencky_state(elasticity, F);
     const std::string id = table.text(row, "id") + " " + table.text(row, "description");
