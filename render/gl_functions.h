@@ -12,6 +12,7 @@ namespace anticrack {
 
 /// The OpenGL functions the preview needs, looked up in the context: linking libGL would tie it to a display.
 struct GlFunctions {
+// clang-format off: it moves the backslashes at every run
 #define ANTICRACK_GL_FUNCTIONS(X)                                                                           \
   X(decltype(&glClear), Clear)                                                                              \
   X(decltype(&glClearColor), ClearColor)                                                                    \
@@ -38,6 +39,7 @@ struct GlFunctions {
                                           X(PFNGLBUFFERDATAPROC, BufferData)                                \
                                               X(PFNGLVERTEXATTRIBPOINTERPROC, VertexAttribPointer) X(       \
                                                   PFNGLENABLEVERTEXATTRIBARRAYPROC, EnableVertexAttribArray)
+// clang-format on
 #define ANTICRACK_GL_MEMBER(type, name) type name = nullptr;
   ANTICRACK_GL_FUNCTIONS(ANTICRACK_GL_MEMBER)
 #undef ANTICRACK_GL_MEMBER
