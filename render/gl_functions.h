@@ -12,7 +12,8 @@ namespace anticrack {
 
 /// The OpenGL functions the preview needs, looked up in the context: linking libGL would tie it to a display.
 struct GlFunctions {
-// clang-format off: it moves the backslashes at every run
+// clang-format moves the backslashes at every run.
+// clang-format off
 #define ANTICRACK_GL_FUNCTIONS(X)                                                                           \
   X(decltype(&glClear), Clear)                                                                              \
   X(decltype(&glClearColor), ClearColor)                                                                    \
