@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bench.h"
 #include "errors.h"
 #include "exit_codes.h"
 #include "generate.h"
@@ -29,6 +30,7 @@ void add_commands(CLI::App& app) {
   add_render_command(app);
 #endif
   add_material_command(app);
+  add_bench_command(app);
   add_info_command(app);
 }
 

@@ -7,6 +7,7 @@
 #define ANTICRACK_ADVANCE_PARTICLES_INL_H
 #endif
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -77,14 +78,21 @@ HWY_INLINE Batch<V> load_batch(D d, const ParticlePointers& p, std::size_t i, M 
   return b;
 }
 
+/// `full`: every lane may be written. Masked stores are slow where they are microcode (AMD).
 template <class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
-HWY_INLINE void store_batch(D d, const ParticlePointers& p, std::size_t i, M active, bool has_kappa,
+HWY_INLINE void store_batch(D d, const ParticlePointers& p, std::size_t i, bool full, M active, bool has_kappa,
                             const Batch<V>& b) {
-  for (int a = 0; a < 3; ++a) hn::BlendedStore(b.s[a], active, d, p.s[a] + i);
-  for (int a = 0; a < 3; ++a) hn::BlendedStore(b.v[a], active, d, p.v[a] + i);
+  const auto store = [&](V value, double* to) HWY_ATTR {
+    if (HWY_LIKELY(full))
+      hn::StoreU(value, d, to);
+    else
+      hn::BlendedStore(value, active, d, to);
+  };
+  for (int a = 0; a < 3; ++a) store(b.s[a], p.s[a] + i);
+  for (int a = 0; a < 3; ++a) store(b.v[a], p.v[a] + i);
   const V* const h[6] = {&b.h.xx, &b.h.yy, &b.h.zz, &b.h.xy, &b.h.xz, &b.h.yz};
-  for (int e = 0; e < 6; ++e) hn::BlendedStore(*h[e], active, d, p.h[e] + i);
-  if (has_kappa) hn::BlendedStore(b.kappa, active, d, p.kappa + i);
+  for (int e = 0; e < 6; ++e) store(*h[e], p.h[e] + i);
+  if (has_kappa) store(b.kappa, p.kappa + i);
 }
 
 template <class D, class V = hn::Vec<D>>
@@ -101,25 +109,40 @@ HWY_INLINE V energy_density(D d, const MaterialConstants& m, V trace, V norm) {
   return hn::MulAdd(hn::Set(d, 0.5 * m.bulk_modulus) * trace, trace, hn::Set(d, m.mu) * norm * norm);
 }
 
-/// Lines 7-13 of Algorithm 1: reads the grid at `place` (s relative to the cell of `grid`) and updates the
-/// batch in place. Returns the Hencky strain of the new state; `failed` gets the lanes whose I + dt grad v is
-/// inverted or whose strain is not a number.
-template <Model model, class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
-HWY_INLINE HenckyStrain<V> advance(D d, const StepConstants& c, const CellPolynomial& grid,
-                                   const V (&place)[3], M active, Batch<V>& b, LaneSums<V>& sums, M& failed) {
-  constexpr bool plastic = model != Model::hencky;
-  const V one = hn::Set(d, 1.0), dt_over_dx = hn::Set(d, c.dt / c.cell_size), flip = hn::Set(d, c.flip);
-  V L[3][3];  // dt grad v
-  for (int a = 0; a < 3; ++a) {
-    const Sampled<V> v = sample<true>(d, grid, a, place);
-    const Sampled<V> dv = sample<false>(d, grid, a + 4, place);
-    b.s[a] = hn::MulAdd(dt_over_dx, v.value, b.s[a]);                 // line 13
-    b.v[a] = hn::MulAdd(flip, b.v[a] + dv.value - v.value, v.value);  // line 12
-    for (int e = 0; e < 3; ++e) L[a][e] = dt_over_dx * v.gradient[e];
-  }
+/// Velocity and place after the step, and the gradient that strains the particle.
+template <class V>
+struct Moved {
+  V s[3], v[3];
+  V L[3][3];  ///< dt grad v
+};
 
+/// Lines 12 and 13 of Algorithm 1, and dt grad v for line 7; `place` is relative to the cell of `grid`, `s` to the
+/// particle's own.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE Moved<V> interpolate(D d, const StepConstants& c, const CellPolynomial& grid, const V (&place)[3],
+                                const V (&s)[3], const V (&v)[3]) {
+  const V dt_over_dx = hn::Set(d, c.dt / c.cell_size), flip = hn::Set(d, c.flip);
+  const Place<V> at = place_of(d, place);
+  Moved<V> moved;
+  for (int a = 0; a < 3; ++a) {
+    const Sampled<V> pic = sample<true>(d, grid, a, at);
+    const Sampled<V> dv = sample<false>(d, grid, a + 4, at);
+    moved.s[a] = hn::MulAdd(dt_over_dx, pic.value, s[a]);                       // line 13
+    moved.v[a] = hn::MulAdd(flip, v[a] + dv.value - pic.value, pic.value);  // line 12
+    for (int e = 0; e < 3; ++e) moved.L[a][e] = dt_over_dx * pic.gradient[e];
+  }
+  return moved;
+}
+
+/// Lines 7-11: the elastic state h and kappa of the lanes `active` after a step of dt grad v = L. Returns the
+/// Hencky strain of the new state; `failed` gets the lanes whose I + L is inverted or whose state is not finite.
+template <Model model, class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
+HWY_INLINE HenckyStrain<V> update_material(D d, const StepConstants& c, const V (&L)[3][3], M active, Batch<V>& b,
+                                           LaneSums<V>& sums, M& failed) {
+  constexpr bool plastic = model != Model::hencky;
+  const V one = hn::Set(d, 1.0);
   // Line 7 in b: b_tr = (I + L) b (I + L)^T, and with M = L b: h_tr = h + M + M^T + M L^T.
-  const Symmetric<V>& h = b.h;
+  const Symmetric<V> h = b.h;
   const V full[3][3] = {{h.xx, h.xy, h.xz}, {h.xy, h.yy, h.yz}, {h.xz, h.yz, h.zz}};
   V m[3][3];
   for (int a = 0; a < 3; ++a)
@@ -173,16 +196,20 @@ HWY_INLINE HenckyStrain<V> advance(D d, const StepConstants& c, const CellPolyno
       strain = hencky_strain(d, b.h);
     }
   }
-  failed = hn::Or(failed, hn::AndNot(strain.norm + hn::Abs(strain.trace) < hn::Set(d, 1e300), active));
+  b.h = {hn::IfThenElse(active, b.h.xx, h.xx), hn::IfThenElse(active, b.h.yy, h.yy),
+         hn::IfThenElse(active, b.h.zz, h.zz), hn::IfThenElse(active, b.h.xy, h.xy),
+         hn::IfThenElse(active, b.h.xz, h.xz), hn::IfThenElse(active, b.h.yz, h.yz)};
+  const V speed = hn::Abs(b.v[0]) + hn::Abs(b.v[1]) + hn::Abs(b.v[2]);
+  const V size = strain.norm + hn::Abs(strain.trace) + speed + b.kappa;
+  failed = hn::Or(failed, hn::AndNot(size < hn::Set(d, 1e300), active));
   return strain;
 }
 
-/// Lines 2-4 for the lanes `active`, at `place` in the cell whose lowest node is `nodes`; and what the
-/// observables need.
-template <class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
-HWY_INLINE void scatter(D d, const StepConstants& c, const V (&place)[3], M active, const Batch<V>& b,
-                        const HenckyStrain<V>& strain, Node* nodes, int stride_x, int stride_y, bool observe,
-                        LaneSums<V>& sums) {
+/// What the lanes `active`, at `place` in their cell, give to the grid, as particles `first`, `first` + 1, ... of
+/// `giving`; and what the observables need.
+template <class D, int size, class V = hn::Vec<D>, class M = hn::Mask<D>>
+HWY_INLINE void give(D d, const StepConstants& c, const V (&place)[3], M active, const Batch<V>& b,
+                     const HenckyStrain<V>& strain, int first, Giving<size>& giving, bool observe, LaneSums<V>& sums) {
   const V two_mu = hn::Set(d, 2 * c.material.mu);
   const V trace = hn::IfThenElseZero(active, strain.trace), norm = hn::IfThenElseZero(active, strain.norm);
   const V minus_p = hn::Set(d, c.material.bulk_modulus) * trace;
@@ -200,8 +227,8 @@ HWY_INLINE void scatter(D d, const StepConstants& c, const V (&place)[3], M acti
   const V momentum[3] = {mass * v[0], mass * v[1], mass * v[2]};
   const V s[3] = {hn::IfThenElseZero(active, place[0]), hn::IfThenElseZero(active, place[1]),
                   hn::IfThenElseZero(active, place[2])};
-  add_to_cell(d, s, momentum, mass, {f * tau.xx, f * tau.yy, f * tau.zz, f * tau.xy, f * tau.xz, f * tau.yz},
-              nodes, stride_x, stride_y);
+  note_giving(d, s, momentum, mass, {f * tau.xx, f * tau.yy, f * tau.zz, f * tau.xy, f * tau.xz, f * tau.yz}, first,
+              giving);
 
   const V speed_squared = hn::MulAdd(v[0], v[0], hn::MulAdd(v[1], v[1], v[2] * v[2]));
   const V q = hn::Set(d, std::sqrt(6.0) * c.material.mu) * norm;  // sqrt(3/2) |dev tau|
@@ -225,10 +252,42 @@ template <class D, class M = hn::Mask<D>>
 HWY_INLINE void note_failure(D d, M failed, std::size_t first, BlockResult& result) {
   if (HWY_UNLIKELY(!hn::AllFalse(d, failed)) && !result.failure)
     result.failure = {std::uint32_t(first + hn::FindFirstTrue(d, failed)),
-                      "det(I + dt grad v), or its elastic strain,"};
+                      "det(I + dt grad v), its velocity, elastic strain or kappa"};
 }
 
-/// The particles at home in a block; `advancing` false: particle to grid alone.
+/// Consecutive particles of a block on their way from the grid through the material to the grid.
+constexpr int chunk_size = 40;
+constexpr int chunk_room = chunk_size + 8;  ///< vectors may write beyond the last particle
+
+/// `Moved` for the particles of a chunk.
+struct alignas(64) MovedChunk {
+  double s[3][chunk_room], v[3][chunk_room], L[9][chunk_room];
+};
+
+/// Copies the nodes that a block reaches side by side.
+HWY_INLINE void gather_nodes(const BlockView& block, Tile& nodes) {
+  for (int x = 0; x < tile_edge; ++x)
+    for (int y = 0; y < tile_edge; ++y)
+      for (int oz = 0; oz < 2; ++oz) {
+        const Node* leaf = block.leaf[(x >> 2) * 4 + (y >> 2) * 2 + oz];
+        std::memcpy(static_cast<void*>(&nodes[(x * tile_edge + y) * tile_edge + 4 * oz]),
+                    leaf + leaf_index(x & 3, y & 3, 0), (oz ? tile_edge - 4 : 4) * sizeof(Node));
+      }
+}
+
+/// Calls visit(first node of the cell in a tile, from, to) for the cells of particles [begin, end).
+template <class Visit>
+HWY_INLINE void for_each_cell(const BlockView& block, std::size_t begin, std::size_t end, Visit visit) {
+  int cell = int(std::upper_bound(block.cell_begin, block.cell_begin + block_cells, begin) - block.cell_begin) - 1;
+  for (std::size_t from = begin; from < end; ++cell) {
+    const std::size_t to = std::min<std::size_t>(block.cell_begin[cell + 1], end);
+    if (to > from) visit(((cell >> 4) * tile_edge + (cell >> 2 & 3)) * tile_edge + (cell & 3), from, to);
+    from = to;
+  }
+}
+
+/// The particles at home in a block, chunk by chunk: grid to particle cell by cell, material with every lane full,
+/// particle to grid cell by cell. `advancing` false: particle to grid alone.
 template <Model model, bool advancing>
 void pass_over_block(const StepConstants& c, const ParticlePointers& p, const BlockView& block, bool observe,
                      BlockResult& result) {
@@ -239,47 +298,66 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
   constexpr bool plastic = model != Model::hencky;
   constexpr int stride_x = tile_edge * tile_edge, stride_y = tile_edge;
 
-  Tile nodes;  // the nodes the block reaches, side by side
-  if constexpr (advancing)
-    for (int x = 0; x < tile_edge; ++x)
-      for (int y = 0; y < tile_edge; ++y)
-        for (int oz = 0; oz < 2; ++oz) {
-          const Node* leaf = block.leaf[(x >> 2) * 4 + (y >> 2) * 2 + oz];
-          std::memcpy(static_cast<void*>(&nodes[x * stride_x + y * stride_y + 4 * oz]),
-                      leaf + leaf_index(x & 3, y & 3, 0), (oz ? tile_edge - 4 : 4) * sizeof(Node));
-        }
+  Tile nodes;
+  if constexpr (advancing) gather_nodes(block, nodes);
   std::memset(static_cast<void*>(block.tile), 0, sizeof(Tile));
 
   LaneSums<V> sums = zero_sums(d);
-  for (int cell = 0; cell < block_cells; ++cell) {
-    const std::size_t begin = block.cell_begin[cell], end = block.cell_begin[cell + 1];
-    if (begin == end) continue;
-    const int first_node = (cell >> 4) * stride_x + (cell >> 2 & 3) * stride_y + (cell & 3);
-    CellPolynomial grid;
-    if constexpr (advancing) make_polynomial(&nodes[first_node], stride_x, stride_y, grid);
+  MovedChunk moved;
+  Giving<chunk_room> giving;
+  const std::size_t last = block.cell_begin[block_cells];
+  for (std::size_t begin = block.cell_begin[0], end; begin < last; begin = end) {
+    // As many whole cells as fit, or a part of one.
+    end = *(std::upper_bound(block.cell_begin, block.cell_begin + block_cells + 1, begin + chunk_size) - 1);
+    if (end == begin) end = begin + chunk_size;
+
+    if constexpr (advancing)
+      for_each_cell(block, begin, end, [&](int first_node, std::size_t from, std::size_t to) HWY_ATTR {
+        CellPolynomial grid;
+        make_polynomial<8>(&nodes[first_node], stride_x, stride_y, grid);
+        for (std::size_t i = from; i < to; i += lanes) {
+          const auto here = hn::FirstN(d, to - i);
+          V s[3], v[3];
+          for (int a = 0; a < 3; ++a) s[a] = hn::MaskedLoad(here, d, p.s[a] + i);
+          for (int a = 0; a < 3; ++a) v[a] = hn::MaskedLoad(here, d, p.v[a] + i);
+          const Moved<V> m = interpolate(d, c, grid, s, s, v);
+          for (int a = 0; a < 3; ++a) hn::StoreU(m.s[a], d, moved.s[a] + (i - begin));
+          for (int a = 0; a < 3; ++a) hn::StoreU(m.v[a], d, moved.v[a] + (i - begin));
+          for (int e = 0; e < 9; ++e) hn::StoreU(m.L[e / 3][e % 3], d, moved.L[e] + (i - begin));
+        }
+      });
+
     for (std::size_t i = begin; i < end; i += lanes) {
-      const auto stored = hn::FirstN(d, end - i);
-      Batch<V> b = load_batch(d, p, i, stored, plastic);
+      const auto ours = hn::FirstN(d, last - i), stored = hn::FirstN(d, end - i);
+      Batch<V> b = load_batch(d, p, i, ours, plastic);
       const auto home = hn::And(stored, inside_cell(d, b.s));
       HenckyStrain<V> strain;
       hn::Mask<D> staying = home;
       if constexpr (advancing) {
-        const V place[3] = {b.s[0], b.s[1], b.s[2]};
+        V L[3][3];
+        for (int e = 0; e < 9; ++e) L[e / 3][e % 3] = hn::IfThenElseZero(home, hn::LoadU(d, moved.L[e] + (i - begin)));
+        for (int a = 0; a < 3; ++a) b.s[a] = hn::IfThenElse(home, hn::LoadU(d, moved.s[a] + (i - begin)), b.s[a]);
+        for (int a = 0; a < 3; ++a) b.v[a] = hn::IfThenElse(home, hn::LoadU(d, moved.v[a] + (i - begin)), b.v[a]);
         hn::Mask<D> failed;
-        strain = advance<model>(d, c, grid, place, home, b, sums, failed);
+        strain = update_material<model>(d, c, L, home, b, sums, failed);
         note_failure(d, failed, i, result);
-        store_batch(d, p, i, home, plastic, b);
+        store_batch(d, p, i, i + lanes <= last, ours, plastic, b);
         staying = hn::And(home, inside_cell(d, b.s));
       } else {
         strain = hencky_strain(d, b.h);
       }
-      scatter(d, c, b.s, staying, b, strain, &(*block.tile)[first_node], stride_x, stride_y, observe, sums);
+      give(d, c, b.s, staying, b, strain, int(i - begin), giving, observe, sums);
       if (HWY_UNLIKELY(!hn::AllTrue(d, hn::Or(staying, hn::Not(stored)))))
         for (std::size_t l = i; l < std::min(i + lanes, end); ++l)
           if (!(p.s[0][l] >= 0 && p.s[0][l] <= 1 && p.s[1][l] >= 0 && p.s[1][l] <= 1 && p.s[2][l] >= 0 &&
                 p.s[2][l] <= 1))
             result.strays.push_back(std::uint32_t(l));
     }
+
+    asm volatile("" ::: "memory");  // see make_polynomial
+    for_each_cell(block, begin, end, [&](int first_node, std::size_t from, std::size_t to) HWY_ATTR {
+      add_to_cell(giving, int(from - begin), int(to - begin), &(*block.tile)[first_node], stride_x, stride_y);
+    });
   }
   reduce(d, sums, observe, result.sums);
 }
@@ -298,15 +376,18 @@ void advance_one(const StepConstants& c, const ParticlePointers& p, std::uint32_
   constexpr bool plastic = model != Model::hencky;
   const auto all = hn::FirstN(d, 1);
   CellPolynomial grid;
-  make_polynomial(nodes, 9, 3, grid);
+  make_polynomial<8>(nodes, 9, 3, grid);
   Batch<hn::Vec<OneLane>> b = load_batch(d, p, particle, all, plastic);
   hn::Vec<OneLane> place[3];
   shifted(b, shift, place);
+  const Moved<hn::Vec<OneLane>> moved = interpolate(d, c, grid, place, b.s, b.v);
+  for (int a = 0; a < 3; ++a) b.s[a] = moved.s[a];
+  for (int a = 0; a < 3; ++a) b.v[a] = moved.v[a];
   LaneSums<hn::Vec<OneLane>> sums = zero_sums(d);
   hn::Mask<OneLane> failed;
-  advance<model>(d, c, grid, place, all, b, sums, failed);
+  update_material<model>(d, c, moved.L, all, b, sums, failed);
   note_failure(d, failed, particle, result);
-  store_batch(d, p, particle, all, plastic, b);
+  store_batch(d, p, particle, true, all, plastic, b);
   reduce(d, sums, false, result.sums);
 }
 
@@ -319,7 +400,9 @@ void scatter_one(const StepConstants& c, const ParticlePointers& p, std::uint32_
   hn::Vec<OneLane> place[3];
   shifted(b, shift, place);
   LaneSums<hn::Vec<OneLane>> sums = zero_sums(d);
-  scatter(d, c, place, all, b, hencky_strain(d, b.h), first, tile_edge * tile_edge, tile_edge, observe, sums);
+  Giving<1> giving;
+  give(d, c, place, all, b, hencky_strain(d, b.h), 0, giving, observe, sums);
+  add_to_cell(giving, 0, 1, first, tile_edge * tile_edge, tile_edge);
   reduce(d, sums, observe, out);
 }
 

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <sstream>
 #include <utility>
@@ -11,6 +12,23 @@
 #include "time_step.h"
 
 namespace anticrack {
+
+namespace {
+
+class LapTimer {
+ public:
+  /// Seconds since the last call, or since construction.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const std::chrono::duration<double> seconds = now - std::exchange(last_, now);
+    return seconds.count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
 
 Simulation::Simulation(const SimulationSetup& setup)
     : setup_(setup),
@@ -43,10 +61,18 @@ void Simulation::step(bool observe) {
   check_walls();
   const double dt = next_time_step();  // line 1
   const double kinetic_before = kinetic_energy();
+  const StepConstants c = constants(dt);
+  LapTimer timer;
   const auto [grid_before, grid_after] = update_grid_velocity(dt);  // lines 2, 3, 5
-  const WallAction action = walls_.apply(grid_, time_);             // line 6
+  phase_seconds_.grid += timer.lap();
+  const WallAction action = walls_.apply(grid_, time_);  // line 6
+  phase_seconds_.walls += timer.lap();
   sort_if_due();
-  advance_particles(dt, observe);  // lines 7-13, and 2-4 of the next step
+  phase_seconds_.sort += timer.lap();
+  advance_particles(c, observe);  // lines 7-13, and 2-4 of the next step
+  phase_seconds_.pass += timer.lap();
+  advance_and_scatter_strays(c, observe);  // the same for those away from home
+  phase_seconds_.strays += timer.lap();
   walls_.move(time_, dt);
 
   // Energy lost by particle -> grid, by grid -> particle and at the walls, each measured where it happens.
@@ -98,8 +124,7 @@ static BlockView view_of(SparseGrid& grid, const std::vector<CellRanges>& cells,
   return view;
 }
 
-void Simulation::advance_particles(double dt, bool observe) {
-  const StepConstants c = constants(dt);
+void Simulation::advance_particles(const StepConstants& c, bool observe) {
   const ParticlePointers pointers(particles_);
   results_.assign(cells_.size(), {});
   tbb::parallel_for(std::size_t(0), cells_.size(), [&](std::size_t b) {
@@ -107,6 +132,9 @@ void Simulation::advance_particles(double dt, bool observe) {
   });
   for (const BlockResult& result : results_)
     if (result.failure) fail(result.failure->particle, result.failure->quantity);
+}
+
+void Simulation::advance_and_scatter_strays(const StepConstants& c, bool observe) {
   sums_ = advance_strays(c);
   for (const BlockResult& result : results_) sums_.add(result.sums);
   collect_strays(results_);

@@ -36,6 +36,15 @@ struct Ledger {
   double generalized_impulse = 0;        ///< see WallAction
 };
 
+/// Wall seconds of the parts of a step, summed over the steps since construction.
+struct PhaseSeconds {
+  double grid = 0;    ///< leaves sum tiles and update velocities (lines 2, 3, 5)
+  double walls = 0;   ///< line 6
+  double sort = 0;    ///< particles into their cells, blocks and leaves into being
+  double pass = 0;    ///< particles at home: lines 7-13, and 2-4 of the next step
+  double strays = 0;  ///< the same for strays, and finding them
+};
+
 /// The explicit elastoplastic material point method, Algorithm 1 of Blatny et al. (2021).
 ///
 /// One pass over the particles a step: it ends step n (lines 7-13) and scatters for step n + 1 (lines 2-4),
@@ -63,6 +72,7 @@ class Simulation {
   double dt() const { return dt_; }      ///< of the last step [s]
   double next_time_step() const;         ///< [s]
   const ParticleSums& observed() const { return sums_; }
+  const PhaseSeconds& phase_seconds() const { return phase_seconds_; }
   const Ledger& ledger() const { return ledger_; }
   double kinetic_energy() const { return 0.5 * mass_ * sums_.speed_squared; }  ///< of the particles [J]
   const Walls& walls() const { return walls_; }
@@ -81,7 +91,8 @@ class Simulation {
   StepConstants constants(double dt) const;
   std::array<double, 2> update_grid_velocity(double dt);
   void sort_if_due();
-  void advance_particles(double dt, bool observe);
+  void advance_particles(const StepConstants& c, bool observe);
+  void advance_and_scatter_strays(const StepConstants& c, bool observe);
   void scatter_particles(std::span<const std::uint32_t> returned_strays);
   void collect_strays(std::span<BlockResult> results);
   void scatter_strays(const StepConstants& c, bool observe);
@@ -100,6 +111,7 @@ class Simulation {
   Walls walls_;
   ParticleSums sums_;
   Ledger ledger_;
+  PhaseSeconds phase_seconds_;
   std::int64_t step_ = 0;
   double time_ = 0, dt_ = 0;
   double sort_debt_ = 0;  ///< strays handled since the last sort
