@@ -65,7 +65,7 @@ constexpr std::pair<const char*, double PhaseSeconds::*> phases[] = {
 /// What one number of threads took, a value a round.
 struct Timing {
   int threads;
-  std::vector<double> seconds;                       ///< of a step
+  std::vector<double> seconds;                           ///< of a step
   std::vector<double> phase_seconds[std::size(phases)];  ///< of a step
 
   Spread rate(double particles) const {
@@ -92,7 +92,8 @@ void run_round(Simulation& simulation, Observer& observer, int steps, int histor
   }
 }
 
-/// Seconds a particle-step of the plain step (one thread), on as many of the particles as take about a second.
+/// Seconds a particle-step of the plain step (one thread), on as many of the particles as take about a
+/// second.
 double plain_step_seconds(const Scene& scene, const Sample& sample, double dt) {
   constexpr std::size_t most = 20000;
   reference::Model model{.material = scene.material,
@@ -117,8 +118,7 @@ double plain_step_seconds(const Scene& scene, const Sample& sample, double dt) {
 }
 
 void bench(const BenchOptions& options) {
-  const Scene scene =
-      options.scene.empty() ? paper_scene() : read_scene(options.scene, options.set);
+  const Scene scene = options.scene.empty() ? paper_scene() : read_scene(options.scene, options.set);
   const int threads = thread_count(options);
   const ThreadLimit limit(threads);
   const Sample sample = load_sample(scene);
@@ -154,7 +154,8 @@ void bench(const BenchOptions& options) {
   report["bytes_per_particle_with_grid"] = bytes;
   for (const Timing& timing : timings) {
     const Spread s = timing.rate(particles);
-    nlohmann::ordered_json entry{{"threads", timing.threads}, {"low", s.low}, {"median", s.median}, {"high", s.high}};
+    nlohmann::ordered_json entry{
+        {"threads", timing.threads}, {"low", s.low}, {"median", s.median}, {"high", s.high}};
     for (std::size_t i = 0; i < std::size(phases); ++i)
       entry["phases"][phases[i].first] = spread_of(timing.phase_seconds[i]).median;
     report["rounds"].push_back(entry);
@@ -168,8 +169,9 @@ void bench(const BenchOptions& options) {
     fmt::print("{}\n", report.dump(2));
     return;
   }
-  fmt::print("{:.0f} particles, {} leaves, {} bytes a particle ({:.0f} with grid), {}, double precision\n", particles,
-             simulation.grid().leaves().size(), simulation.particles().bytes_per_particle(), bytes, kernels().simd);
+  fmt::print("{:.0f} particles, {} leaves, {} bytes a particle ({:.0f} with grid), {}, double precision\n",
+             particles, simulation.grid().leaves().size(), simulation.particles().bytes_per_particle(), bytes,
+             kernels().simd);
   for (const Timing& timing : timings) {
     const Spread s = timing.rate(particles);
     fmt::print("\n{} thread{}: {:.2f} M particle-steps/s (from {:.2f} to {:.2f} in {} rounds of {} steps)\n",
@@ -200,7 +202,9 @@ CLI::App* add_bench_command(CLI::App& app) {
   command->add_option("--rounds", options->rounds, "Rounds, one thread and all threads in turn")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  command->add_option("--steps", options->steps, "Steps a round")->check(CLI::Range(1, 100000))->capture_default_str();
+  command->add_option("--steps", options->steps, "Steps a round")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
   command->add_flag("--json", options->json, "Report as JSON on stdout");
   add_set_option(*command, *options);
   add_threads_option(*command, *options);

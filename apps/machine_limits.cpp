@@ -27,8 +27,8 @@ double multiply_add(std::size_t rounds, double& result) {
   const auto a = hn::Set(d, 0.999999), b = hn::Set(d, 1e-9);
   // Different, or the compiler makes one chain of them.
   const auto chain = [&](int n) HWY_ATTR { return hn::Iota(d, result + 10 * n); };
-  auto x0 = chain(0), x1 = chain(1), x2 = chain(2), x3 = chain(3), x4 = chain(4), x5 = chain(5), x6 = chain(6),
-       x7 = chain(7), x8 = chain(8), x9 = chain(9), x10 = chain(10), x11 = chain(11);
+  auto x0 = chain(0), x1 = chain(1), x2 = chain(2), x3 = chain(3), x4 = chain(4), x5 = chain(5),
+       x6 = chain(6), x7 = chain(7), x8 = chain(8), x9 = chain(9), x10 = chain(10), x11 = chain(11);
   for (std::size_t i = 0; i < rounds; ++i) {
     x0 = hn::MulAdd(x0, a, b);
     x1 = hn::MulAdd(x1, a, b);
@@ -89,9 +89,10 @@ MachineLimits measure_machine_limits() {
   constexpr std::size_t count = 12'000'000;
   std::vector<double> a(count), b(count, 1.0), c(count, 2.0);
   const double stream_seconds = best_seconds([&] {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, count / (4 * threads)), [&](const auto& range) {
-      for (std::size_t i = range.begin(); i < range.end(); ++i) a[i] = b[i] + 3.0 * c[i];
-    });
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, count / (4 * threads)),
+                      [&](const auto& range) {
+                        for (std::size_t i = range.begin(); i < range.end(); ++i) a[i] = b[i] + 3.0 * c[i];
+                      });
   });
   return {all_operations / compute_seconds, 3.0 * sizeof(double) * double(count) / stream_seconds};
 }

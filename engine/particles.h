@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
 #include <span>
 #include <vector>
+
+#include "large_memory.h"
 
 namespace anticrack {
 
@@ -21,18 +23,13 @@ class AlignedArray {
 
  private:
   static constexpr std::size_t tail = 8;
-  struct Free {
-    void operator()(double* p) const { std::free(p); }
-  };
   static double* allocate(std::size_t size) {
-    const std::size_t bytes = (size + tail) * sizeof(double);
-    auto* p = static_cast<double*>(std::aligned_alloc(64, (bytes + 63) / 64 * 64));
-    if (!p) throw std::bad_alloc();
+    auto* p = static_cast<double*>(allocate_large((size + tail) * sizeof(double)));
     std::fill_n(p, size + tail, 0.0);
     return p;
   }
   std::size_t size_ = 0;
-  std::unique_ptr<double[], Free> data_;
+  std::unique_ptr<double[], FreeLarge> data_;
 };
 
 /// State of the particles: one array a component, 13 doubles a particle (12 without plasticity).

@@ -82,7 +82,7 @@ void SparseGrid::set_blocks(const std::vector<Index3>& origins) {
   leaf_at_.clear();
   for (const Index3& origin : origins)
     add_block(origin);  // their tiles are cleared by the next pass over particles
-  tiles_.resize(blocks_.size());
+  reserve_tiles(blocks_.size());
   for (const Leaf& leaf : old_leaves)
     if (find_leaf(leaf.origin) == none)
       delete tree_->tree.stealNode<NodeLeaf>(first_node(leaf.origin), Node{}, false);
@@ -92,7 +92,7 @@ std::uint32_t SparseGrid::add_block(const Index3& origin) {
   const auto block = std::uint32_t(blocks_.size());
   block_at_.emplace(origin, block);
   blocks_.push_back({origin, {}});
-  if (tiles_.size() < blocks_.size()) tiles_.push_back(std::make_unique<Tile>());
+  reserve_tiles(blocks_.size());
   for (int o = 0; o < 8; ++o) {
     const std::uint32_t leaf =
         find_or_add_leaf({origin[0] + (o >> 2), origin[1] + (o >> 1 & 1), origin[2] + (o & 1)});
@@ -106,8 +106,14 @@ std::uint32_t SparseGrid::find_or_add_block(const Index3& origin) {
   const std::uint32_t found = find_block(origin);
   if (found != none) return found;
   const std::uint32_t block = add_block(origin);
-  std::memset(static_cast<void*>(tiles_[block].get()), 0, sizeof(Tile));
+  std::memset(static_cast<void*>(&tile(block)), 0, sizeof(Tile));
   return block;
+}
+
+void SparseGrid::reserve_tiles(std::size_t blocks) {
+  const std::size_t slabs = (blocks + slab_tiles - 1) / slab_tiles;
+  while (tiles_.size() < slabs) tiles_.emplace_back(static_cast<Tile*>(allocate_large(huge_page)));
+  tiles_.resize(slabs);
 }
 
 std::uint32_t SparseGrid::find_or_add_leaf(const Index3& origin) {
@@ -141,8 +147,8 @@ std::uint32_t SparseGrid::find_leaf(const Index3& origin) const {
 
 std::size_t SparseGrid::bytes() const {
   const std::size_t table_entry = sizeof(Index3) + 3 * sizeof(void*);
-  return tree_->tree.memUsage() + tiles_.size() * sizeof(Tile) +
-         blocks_.size() * (sizeof(Block) + table_entry) + leaves_.size() * (sizeof(Leaf) + table_entry);
+  return tree_->tree.memUsage() + tiles_.size() * huge_page + blocks_.size() * (sizeof(Block) + table_entry) +
+         leaves_.size() * (sizeof(Leaf) + table_entry);
 }
 
 void SparseGrid::write_vdb(const std::filesystem::path& file, double dx, const Vec3& offset) const {

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "large_memory.h"
 #include "vec3.h"
 
 namespace anticrack {
@@ -70,8 +71,8 @@ class SparseGrid {
 
   const std::vector<Block>& blocks() const { return blocks_; }
   const std::vector<Leaf>& leaves() const { return leaves_; }
-  Tile& tile(std::uint32_t block) { return *tiles_[block]; }
-  const Tile& tile(std::uint32_t block) const { return *tiles_[block]; }
+  Tile& tile(std::uint32_t block) { return tiles_[block / slab_tiles].get()[block % slab_tiles]; }
+  const Tile& tile(std::uint32_t block) const { return tiles_[block / slab_tiles].get()[block % slab_tiles]; }
 
   /// Bytes of leaves, tiles and tables.
   std::size_t bytes() const;
@@ -90,13 +91,15 @@ class SparseGrid {
     }
   };
   std::uint32_t add_block(const Index3& origin);
+  void reserve_tiles(std::size_t blocks);
   std::uint32_t find_or_add_leaf(const Index3& origin);
 
   struct Tree;  // hides OpenVDB
   std::unique_ptr<Tree> tree_;
   std::vector<Block> blocks_;
   std::vector<Leaf> leaves_;
-  std::vector<std::unique_ptr<Tile>> tiles_;
+  static constexpr std::uint32_t slab_tiles = huge_page / sizeof(Tile);
+  std::vector<std::unique_ptr<Tile, FreeLarge>> tiles_;  ///< slabs
   std::unordered_map<Index3, std::uint32_t, Key> block_at_, leaf_at_;
 };
 

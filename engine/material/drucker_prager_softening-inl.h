@@ -27,7 +27,11 @@ struct Returned {
 /// C(kappa) = c exp(-xi kappa). c = 0 or xi kappa beyond the range of exp gives 0.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V softened_cohesion(D d, const MaterialConstants& m, V kappa) {
-  return hn::Set(d, m.cohesion) * hn::Exp(d, hn::Set(d, -m.softening) * kappa);
+  const V cohesion = hn::Set(d, m.cohesion), exponent = hn::Set(d, m.softening) * kappa;
+  // Most particles are either sound or long since broken.
+  const auto sound = exponent == hn::Zero(d), broken = exponent > hn::Set(d, 750.0);
+  if (HWY_LIKELY(hn::AllTrue(d, hn::Or(sound, broken)))) return hn::IfThenElseZero(sound, cohesion);
+  return cohesion * hn::Exp(d, hn::Neg(exponent));
 }
 
 /// Backward Euler: the trial state (trace e, norm S) goes back to its own, softened, yield surface along the

@@ -83,7 +83,20 @@ constexpr double exp_series[] = {
     0,         1.,         1. / 2,      1. / 6,       1. / 24,       1. / 120,      1. / 720,
     1. / 5040, 1. / 40320, 1. / 362880, 1. / 3628800, 1. / 39916800, 1. / 479001600};
 
-/// |a| up to which both series are full double precision: the first term of log left out is 0.12^15 / 15.
+/// log(1 + a) = 2 atanh(z), z = a / (2 + a), in powers of z^2.
+constexpr double atanh_series[] = {2., 2. / 3, 2. / 5, 2. / 7, 2. / 9, 2. / 11, 2. / 13};
+
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V log1p_series(D d, V a) {
+  const V z = a / (hn::Set(d, 2.0) + a), z2 = z * z;
+  V sum = hn::Set(d, atanh_series[std::size(atanh_series) - 1]);
+  for (std::size_t k = std::size(atanh_series) - 1; k-- > 0;)
+    sum = hn::MulAdd(sum, z2, hn::Set(d, atanh_series[k]));
+  return z * sum;
+}
+
+/// |a| up to which the series are full double precision: the first term of the tensor's logarithm left out is
+/// 0.12^15 / 15.
 constexpr double series_range = 0.12;
 
 /// Hencky strain of b = I + h split as the return mapping needs it.
@@ -163,7 +176,7 @@ HWY_INLINE HenckyStrain<V> hencky_strain(D d, const Symmetric<V>& h) {
                           h.xy * scale,       h.xz * scale,       h.yz * scale};
   const V j2 = half * norm_squared(d, hbar), j3 = determinant(hbar);
   const CayleyHamilton<V> r = power_series(d, j2, j3, log_series);
-  const V log_a = hn::Log1p(d, a);
+  const V log_a = log1p_series(d, a);
 
   HenckyStrain<V> strain;
   strain.trace = hn::MulAdd(r.r2, j2, hn::Set(d, 1.5) * (log_a + r.r0));
@@ -171,7 +184,8 @@ HWY_INLINE HenckyStrain<V> hencky_strain(D d, const Symmetric<V>& h) {
   strain.deviator = CayleyHamilton<V>{hn::Set(d, -1.0 / 3.0) * r.r2 * j2, half * r.r1, half * r.r2}.apply(
       hbar, square(hbar));
 
-  const auto in_series = hn::And(j2 <= hn::Set(d, 0.5 * series_range * series_range), one + a > hn::Zero(d));
+  const auto in_series =
+      hn::And(j2 <= hn::Set(d, 0.5 * series_range * series_range), hn::Abs(a) <= hn::Set(d, series_range));
   if (HWY_UNLIKELY(!hn::AllTrue(d, in_series))) {
     const Principal<V> p = jacobi_eigen(d, hbar);
     V log_value[3];
@@ -182,7 +196,7 @@ HWY_INLINE HenckyStrain<V> hencky_strain(D d, const Symmetric<V>& h) {
     V dev[3];
     for (int i = 0; i < 3; ++i) dev[i] = half * (log_value[i] - mean);
     const Symmetric<V> deviator = assemble(dev, p.axis);
-    const V safe_log_a = hn::IfThenElse(one + a > hn::Zero(d), log_a, nan);
+    const V safe_log_a = hn::IfThenElse(one + a > hn::Zero(d), hn::Log1p(d, a), nan);
     strain.trace = hn::IfThenElse(in_series, strain.trace, hn::Set(d, 1.5) * (safe_log_a + mean));
     strain.deviator = {hn::IfThenElse(in_series, strain.deviator.xx, deviator.xx),
                        hn::IfThenElse(in_series, strain.deviator.yy, deviator.yy),

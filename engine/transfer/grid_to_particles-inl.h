@@ -16,11 +16,15 @@ namespace anticrack {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
+/// For lambdas: the calling function's instruction set, and no call.
+#undef ANTICRACK_INLINE
+#define ANTICRACK_INLINE HWY_ATTR __attribute__((always_inline))
+
 /// Vectors across the eight numbers of a node.
 using NodeVector = hn::CappedTag<double, 8>;
 
-/// Coefficients of sum_i N_i(s) f_i = sum_abc coefficient[abc] u_a(sx) u_b(sy) u_c(sz), u = {1, s, s^2/2}; eight
-/// channels, those of `Node`.
+/// Coefficients of sum_i N_i(s) f_i = sum_abc coefficient[abc] u_a(sx) u_b(sy) u_c(sz), u = {1, s, s^2/2};
+/// eight channels, those of `Node`.
 struct alignas(64) CellPolynomial {
   double coefficient[27][8];
 };
@@ -33,8 +37,8 @@ HWY_INLINE void to_polynomial(V half, V f0, V f1, V f2, V& a0, V& a1, V& a2) {
   a2 = (f2 - f1) - a1;
 }
 
-/// `nodes` points to the lowest node of the cell; strides in nodes, z contiguous. Only the first `channels` of the
-/// eight, rounded up to vectors.
+/// `nodes` points to the lowest node of the cell; strides in nodes, z contiguous. Only the first `channels`
+/// of the eight, rounded up to vectors.
 template <int channels>
 HWY_INLINE void make_polynomial(const Node* nodes, int stride_x, int stride_y, CellPolynomial& out) {
   const NodeVector d;
@@ -45,7 +49,8 @@ HWY_INLINE void make_polynomial(const Node* nodes, int stride_x, int stride_y, C
       hn::Vec<NodeVector> f[3][3];  // along y, z; then coefficients of z; then of y, z
       for (int j = 0; j < 3; ++j) {
         const double* row = reinterpret_cast<const double*>(nodes + i * stride_x + j * stride_y) + part;
-        to_polynomial(half, hn::Load(d, row), hn::Load(d, row + 8), hn::Load(d, row + 16), f[j][0], f[j][1], f[j][2]);
+        to_polynomial(half, hn::Load(d, row), hn::Load(d, row + 8), hn::Load(d, row + 16), f[j][0], f[j][1],
+                      f[j][2]);
       }
       for (int c = 0; c < 3; ++c) {
         hn::Vec<NodeVector> a0, a1, a2;
@@ -57,8 +62,9 @@ HWY_INLINE void make_polynomial(const Node* nodes, int stride_x, int stride_y, C
     }
     for (int bc = 0; bc < 9; ++bc) {
       hn::Vec<NodeVector> a0, a1, a2;
-      to_polynomial(half, hn::Load(d, out.coefficient[bc] + part), hn::Load(d, out.coefficient[9 + bc] + part),
-                    hn::Load(d, out.coefficient[18 + bc] + part), a0, a1, a2);
+      to_polynomial(half, hn::Load(d, out.coefficient[bc] + part),
+                    hn::Load(d, out.coefficient[9 + bc] + part), hn::Load(d, out.coefficient[18 + bc] + part),
+                    a0, a1, a2);
       hn::Store(a0, d, out.coefficient[bc] + part);
       hn::Store(a1, d, out.coefficient[9 + bc] + part);
       hn::Store(a2, d, out.coefficient[18 + bc] + part);
@@ -95,7 +101,8 @@ HWY_INLINE Sampled<V> sample(D d, const CellPolynomial& p, int channel, const Pl
   for (int a = 0; a < 3; ++a) {
     V g, g_y, g_z;
     for (int b = 0; b < 3; ++b) {
-      const auto coefficient = [&](int c) HWY_ATTR { return hn::Set(d, p.coefficient[9 * a + 3 * b + c][channel]); };
+      const auto coefficient = [&](int c)
+                                   HWY_ATTR { return hn::Set(d, p.coefficient[9 * a + 3 * b + c][channel]); };
       const V c1 = coefficient(1), c2 = coefficient(2);
       const V h = hn::MulAdd(zz, c2, hn::MulAdd(z, c1, coefficient(0)));
       g = b == 0 ? h : hn::MulAdd(b == 1 ? y : yy, h, g);

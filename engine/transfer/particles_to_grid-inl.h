@@ -1,11 +1,13 @@
-// Particle to grid: mass, momentum and force of particles into the 27 nodes of their dual cell. Per-target include
-// guard.
+// Particle to grid: mass, momentum and force of particles into the 27 nodes of their dual cell. Per-target
+// include guard.
 #if defined(ANTICRACK_PARTICLES_TO_GRID_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ANTICRACK_PARTICLES_TO_GRID_INL_H
 #undef ANTICRACK_PARTICLES_TO_GRID_INL_H
 #else
 #define ANTICRACK_PARTICLES_TO_GRID_INL_H
 #endif
+
+#include <type_traits>
 
 #include "bspline.h"
 #include "material/hencky-inl.h"
@@ -16,29 +18,28 @@ namespace anticrack {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// What `size` particles give to the grid; momentum, mass and tractions turned so that a particle's numbers lie as a
-/// node's do.
+/// What `size` particles give to the grid; momentum, mass and tractions turned so that a particle's numbers
+/// lie as a node's do. Weights and their slopes by s only of the outer nodes, 0 and 2: those of the three
+/// nodes of an axis add up to 1 and to 0.
 template <int size>
 struct alignas(64) Giving {
-  double w[3][3][size], dw[3][3][size];  ///< [axis][node] of each particle: weights, and their slopes by s
+  double w[3][2][size], dw[3][2][size];  ///< [axis][lower, upper node] of each particle
   double carried[size][4];               ///< momentum, mass
   double traction[3][size][4];           ///< columns x, y, z of -V0 tau / dx, fourth number 0
 };
 
-/// Notes the lanes of a batch as particles `first`, `first` + 1, ... Lanes that take no part have s, momentum, mass and
-/// t zero.
+/// Notes the lanes of a batch as particles `first`, `first` + 1, ... Lanes that take no part have s,
+/// momentum, mass and t zero.
 template <class D, int size, class V = hn::Vec<D>>
-HWY_INLINE void note_giving(D d, const V (&s)[3], const V (&momentum)[3], V mass, const Symmetric<V>& t, int first,
-                            Giving<size>& g) {
+HWY_INLINE void note_giving(D d, const V (&s)[3], const V (&momentum)[3], V mass, const Symmetric<V>& t,
+                            int first, Giving<size>& g) {
   const V one = hn::Set(d, 1.0), half = hn::Set(d, 0.5), zero = hn::Zero(d);
   for (int a = 0; a < 3; ++a) {  // QuadraticBSpline
     const V rest = one - s[a];
     hn::StoreU(half * rest * rest, d, g.w[a][0] + first);
-    hn::StoreU(hn::MulAdd(s[a], rest, half), d, g.w[a][1] + first);
-    hn::StoreU(half * s[a] * s[a], d, g.w[a][2] + first);
+    hn::StoreU(half * s[a] * s[a], d, g.w[a][1] + first);
     hn::StoreU(hn::Neg(rest), d, g.dw[a][0] + first);
-    hn::StoreU(rest - s[a], d, g.dw[a][1] + first);
-    hn::StoreU(s[a], d, g.dw[a][2] + first);
+    hn::StoreU(s[a], d, g.dw[a][1] + first);
   }
   hn::StoreInterleaved4(momentum[0], momentum[1], momentum[2], mass, d, g.carried[first]);
   hn::StoreInterleaved4(t.xx, t.xy, t.xz, zero, d, g.traction[0][first]);
@@ -46,12 +47,21 @@ HWY_INLINE void note_giving(D d, const V (&s)[3], const V (&momentum)[3], V mass
   hn::StoreInterleaved4(t.xz, t.yz, t.zz, zero, d, g.traction[2][first]);
 }
 
-/// Adds particles [begin, end) to the 27 nodes of their cell: to one half of each node's line (4 numbers) in pieces of
-/// the vector's width, or to the whole line. Node (i, j, k) gets wz_k P_j + wz'_k Q_j with P_j = wy_j (wx_i carried +
-/// wx'_i T_x) + wy'_j wx_i T_y, Q_j = wy_j wx_i T_z.
+/// The nodes of an axis while particles are summed: the lower, all three together, the upper.
+enum AxisNode { lower, all, upper };
+
+/// From {lower, all, upper} to the three nodes. The middle weight is at least a half, so nothing cancels.
+template <class V>
+HWY_INLINE void split_middle(V low, V& middle, V high) {
+  middle = middle - low - high;
+}
+
+/// Adds particles [begin, end) to the 27 nodes of their cell: to one half of each node's line (4 numbers) in
+/// pieces of the vector's width, or to the whole line. Node (i, j, k) gets wz_k P_j + wz'_k Q_j with P_j =
+/// wy_j (wx_i carried + wx'_i T_x) + wy'_j wx_i T_y, Q_j = wy_j wx_i T_z.
 template <bool carries, bool pulls, int size, class D>
-HWY_INLINE void add_to_nodes(D d, const Giving<size>& g, int begin, int end, int offset, Node* nodes, int stride_x,
-                             int stride_y) {
+HWY_INLINE void add_to_nodes(D d, const Giving<size>& g, int begin, int end, int offset, Node* nodes,
+                             int stride_x, int stride_y) {
   using V = hn::Vec<D>;
   const auto carried = [&](int p) HWY_ATTR {
 #if HWY_TARGET != HWY_SCALAR
@@ -69,44 +79,74 @@ HWY_INLINE void add_to_nodes(D d, const Giving<size>& g, int begin, int end, int
 #endif
       return hn::Load(d, g.traction[axis][p] + offset - 4);
   };
-  for (int i = 0; i < 3; ++i) {
-    V sum[3][3];
+  V sum[3][3][3];
+  // Sums over the particles for one i; P and Q of a j go to {lower, all, upper} along z.
+  const auto sum_particles = [&](auto node) ANTICRACK_INLINE {
+    constexpr int i = node;
     for (int j = 0; j < 3; ++j)
-      for (int k = 0; k < 3; ++k) sum[j][k] = hn::Zero(d);
+      for (int k = 0; k < 3; ++k) sum[i][j][k] = hn::Zero(d);
     for (int p = begin; p < end; ++p) {
-      const V wx = hn::Set(d, g.w[0][i][p]);
+      const V wz[2] = {hn::Set(d, g.w[2][0][p]), hn::Set(d, g.w[2][1][p])};
+      const V dz[2] = {hn::Set(d, g.dw[2][0][p]), hn::Set(d, g.dw[2][1][p])};
       V along_x, along_y, along_z;  // wx carried + wx' T_x, wx T_y, wx T_z
-      if constexpr (carries) along_x = wx * carried(p);
-      if constexpr (pulls) {
-        const V dx = hn::Set(d, g.dw[0][i][p]);
-        if constexpr (carries)
-          along_x = hn::MulAdd(dx, traction(0, p), along_x);
-        else
-          along_x = dx * traction(0, p);
-        along_y = wx * traction(1, p);
-        along_z = wx * traction(2, p);
-      }
-      for (int j = 0; j < 3; ++j) {
-        const V wy = hn::Set(d, g.w[1][j][p]);
-        V P = wy * along_x;
-        if constexpr (pulls) P = hn::MulAdd(hn::Set(d, g.dw[1][j][p]), along_y, P);
-        for (int k = 0; k < 3; ++k) sum[j][k] = hn::MulAdd(hn::Set(d, g.w[2][k][p]), P, sum[j][k]);
+      if constexpr (i == all) {
+        if constexpr (carries) along_x = carried(p);
+        if constexpr (pulls) along_y = traction(1, p);
+        if constexpr (pulls) along_z = traction(2, p);
+      } else {
+        const V wx = hn::Set(d, g.w[0][i / 2][p]), dx = hn::Set(d, g.dw[0][i / 2][p]);
+        if constexpr (carries) along_x = wx * carried(p);
         if constexpr (pulls) {
-          const V Q = wy * along_z;
-          for (int k = 0; k < 3; ++k) sum[j][k] = hn::MulAdd(hn::Set(d, g.dw[2][k][p]), Q, sum[j][k]);
+          along_x = carries ? hn::MulAdd(dx, traction(0, p), along_x) : dx * traction(0, p);
+          along_y = wx * traction(1, p);
+          along_z = wx * traction(2, p);
         }
       }
+      constexpr bool has_x = carries || i != all;
+      const auto add = [&](V(&to)[3], V P, V Q) ANTICRACK_INLINE {
+        to[all] = to[all] + P;
+        to[lower] = hn::MulAdd(wz[0], P, to[lower]);
+        to[upper] = hn::MulAdd(wz[1], P, to[upper]);
+        if constexpr (pulls) to[lower] = hn::MulAdd(dz[0], Q, to[lower]);
+        if constexpr (pulls) to[upper] = hn::MulAdd(dz[1], Q, to[upper]);
+      };
+      for (const int j : {lower, upper}) {
+        const V wy = hn::Set(d, g.w[1][j / 2][p]);
+        V P, Q;
+        if constexpr (has_x) P = wy * along_x;
+        if constexpr (pulls) {
+          const V dy = hn::Set(d, g.dw[1][j / 2][p]);
+          P = has_x ? hn::MulAdd(dy, along_y, P) : dy * along_y;
+          Q = wy * along_z;
+        }
+        add(sum[i][j], P, Q);
+      }
+      if constexpr (has_x) {
+        add(sum[i][all], along_x, along_z);
+      } else {
+        sum[i][all][lower] = hn::MulAdd(dz[0], along_z, sum[i][all][lower]);
+        sum[i][all][upper] = hn::MulAdd(dz[1], along_z, sum[i][all][upper]);
+      }
     }
+    for (int j = 0; j < 3; ++j) split_middle(sum[i][j][lower], sum[i][j][all], sum[i][j][upper]);
+    for (int k = 0; k < 3; ++k) split_middle(sum[i][lower][k], sum[i][all][k], sum[i][upper][k]);
+  };
+  sum_particles(std::integral_constant<int, lower>());
+  sum_particles(std::integral_constant<int, all>());
+  sum_particles(std::integral_constant<int, upper>());
+  for (int j = 0; j < 3; ++j)
+    for (int k = 0; k < 3; ++k) split_middle(sum[lower][j][k], sum[all][j][k], sum[upper][j][k]);
+  for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
       double* line = reinterpret_cast<double*>(nodes + i * stride_x + j * stride_y) + offset;
-      for (int k = 0; k < 3; ++k) hn::Store(hn::Load(d, line + 8 * k) + sum[j][k], d, line + 8 * k);
+      for (int k = 0; k < 3; ++k) hn::Store(hn::Load(d, line + 8 * k) + sum[i][j][k], d, line + 8 * k);
     }
-  }
 }
 
 /// Lines 2-4 of Algorithm 1 for particles [begin, end), all of one cell, whose lowest node is `nodes`.
 template <int size>
-HWY_INLINE void add_to_cell(const Giving<size>& g, int begin, int end, Node* nodes, int stride_x, int stride_y) {
+HWY_INLINE void add_to_cell(const Giving<size>& g, int begin, int end, Node* nodes, int stride_x,
+                            int stride_y) {
   const NodeVector d;
   constexpr int width = int(hn::MaxLanes(d));
   if constexpr (width == 8) {
