@@ -86,12 +86,6 @@ struct Walls::Reach {
   int ghost(int k) const { return upper ? mirror + k : mirror - k; }  ///< k-th node outward from the mirror
 };
 
-/// The walls that set one velocity component of a node, at most one an axis.
-struct Walls::Hold {
-  int wall[3] = {-1, -1, -1};
-  bool any() const { return wall[0] >= 0 || wall[1] >= 0 || wall[2] >= 0; }
-};
-
 /// Whether the walls of an axis have a say in component c.
 bool Walls::constrains(int axis, int c) const {
   return axis == c || walls_[2 * axis].tangential != Tangential::free;
@@ -143,75 +137,143 @@ struct Walls::Part {
   }
 };
 
-/// Component c of one node. A node held by walls alone takes their velocity. The ghost rule ties the ghosts
-/// of a free node M,
+/// What the walls of an axis are to a plane of nodes: the one that holds it, the one whose mirror it is, or
+/// none (-1).
+struct Walls::Role {
+  int holding = -1, mirroring = -1;
+  bool any() const { return holding >= 0 || mirroring >= 0; }
+};
+
+/// The nodes that are tied to a mirror node, looked up once for its three components: `out` planes outward
+/// from it.
+class Walls::Ghosts {
+ public:
+  Ghosts(const SparseGrid& grid, std::uint32_t leaf, const Index3& at) : grid_(grid), leaf_(leaf), at_(at) {}
+
+  Node* find(const int (&out)[3], const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach) {
+    const int key = out[0] * 16 + out[1] * 4 + out[2];
+    if (!(asked_ >> key & 1)) {
+      asked_ |= std::uint64_t(1) << key;
+      Index3 to = at_;
+      bool reached = true;
+      for (int a = 0; a < 3; ++a) {
+        if (out[a] == 0) continue;
+        const Reach& r = reach[roles[a].mirroring];
+        to[a] = r.ghost(out[a]);
+        reached = reached && r.extrapolates(to[a]);
+      }
+      found_[key] = reached ? node_at(grid_, leaf_, to) : nullptr;
+    }
+    return found_[key];
+  }
+
+ private:
+  const SparseGrid& grid_;
+  std::uint32_t leaf_;
+  Index3 at_;
+  std::uint64_t asked_ = 0;
+  std::array<Node*, 64> found_;
+};
+
+/// A component of a node beyond a wall. If a mirror node sees to it, there is nothing to do; else it takes
+/// the wall's velocity.
+void Walls::set_held(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, Node& node, int c,
+                     double ramp, const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach,
+                     Part& part) const {
+  bool has_mirror = rule_ == WallRule::ghost;
+  Index3 mirror = at;
+  int last = -1;
+  for (int a = 0; a < 3; ++a) {
+    const int wall = roles[a].holding;
+    if (wall < 0 || !constrains(a, c)) continue;
+    has_mirror = has_mirror && reach[wall].extrapolates(at[a]);
+    mirror[a] = reach[wall].mirror;
+    if (last < 0 || a == c || last / 2 != c) last = wall;
+  }
+  if (has_mirror && node_at(grid, leaf, mirror)) return;
+  const double full = full_velocity_at(walls_[last], c, at[c]);
+  part.set_velocity(node, c, ramp * full, full, last / 2 == c ? last : -1);
+}
+
+/// A component of a mirror node M. The ghost rule ties the ghosts to it,
 ///   v_g = b_g + r_g v_M,  one factor v <- v_w + (x_g - x_w)/(x_M - x_w) (v - v_w) an axis, tangential walls
 ///   first,
 /// so that all of them are one unknown, which takes the momentum of all: v_M = sum r m (v - b) / sum r^2 m.
 /// Were the forces on ghosts dropped instead, a uniform stress would not be in equilibrium at the wall.
-void Walls::constrain_node(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, Node& node, int c,
-                           double ramp, const std::array<Reach, 6>& reach, Part& part) const {
-  Hold held, mirrored;
-  for (int w = 0; w < 6; ++w) {
-    if (!constrains(w / 2, c)) continue;
-    if (reach[w].holds(at[w / 2])) held.wall[w / 2] = w;
-    if (rule_ == WallRule::ghost && reach[w].mirror == at[w / 2]) mirrored.wall[w / 2] = w;
-  }
-  if (!held.any() && !mirrored.any()) return;
-  const Hold& hold = held.any() ? held : mirrored;
-  const int normal_wall = hold.wall[c];
-  // Where walls meet, the one that c is normal to has the last word; tangential ones ask the same of c.
-  const int last = normal_wall >= 0 ? normal_wall : std::max({hold.wall[0], hold.wall[1], hold.wall[2]});
-  const double full = full_velocity_at(walls_[last], c, at[c]);
-
-  if (held.any()) {
-    bool has_mirror = rule_ == WallRule::ghost;
-    Index3 mirror = at;
-    for (int a = 0; a < 3; ++a)
-      if (held.wall[a] >= 0) {
-        has_mirror = has_mirror && reach[held.wall[a]].extrapolates(at[a]);
-        mirror[a] = reach[held.wall[a]].mirror;
-      }
-    if (!has_mirror || !node_at(grid, leaf, mirror))
-      part.set_velocity(node, c, ramp * full, full, normal_wall);
-    return;
-  }
-
+void Walls::set_tied(Ghosts& ghosts, const Index3& at, int c, double ramp, const std::array<Role, 3>& roles,
+                     const std::array<Reach, 6>& reach, Part& part) const {
   struct Tied {
     Node* node;
     double r, b;
   };
   std::array<Tied, 64> tied;
-  int count = 0;
-  double momentum = 0, mass = 0;
-  int ghosts[3];
-  for (int a = 0; a < 3; ++a) ghosts[a] = mirrored.wall[a] >= 0 ? 3 : 0;
-  for (int i = 0; i <= ghosts[0]; ++i)
-    for (int j = 0; j <= ghosts[1]; ++j)
-      for (int k = 0; k <= ghosts[2]; ++k) {
-        const int out[3] = {i, j, k};
-        Index3 to = at;
-        Tied t{&node, 1, 0};
-        bool reached = true;
-        for (int pass = 0; pass < 2; ++pass)  // tangential walls, then the normal one
-          for (int a = 0; a < 3; ++a) {
-            if (out[a] == 0 || (a == c) != (pass == 1)) continue;
-            const Reach& r = reach[mirrored.wall[a]];
-            to[a] = r.ghost(out[a]);
-            reached = reached && r.extrapolates(to[a]);
-            const double rho = r.ratio(to[a]),
-                         v_wall = ramp * full_velocity_at(walls_[mirrored.wall[a]], c, at[c]);
-            t.b = v_wall + rho * (t.b - v_wall);
-            t.r *= rho;
-          }
-        if (!reached || (to != at && !(t.node = node_at(grid, leaf, to)))) continue;
+  int count = 0, planes[3], last = -1;
+  double wall_velocity[3] = {}, momentum = 0, mass = 0;
+  for (int a = 0; a < 3; ++a) {
+    const int wall = roles[a].mirroring;
+    const bool takes_part = wall >= 0 && constrains(a, c);
+    planes[a] = takes_part ? 3 : 0;
+    if (!takes_part) continue;
+    wall_velocity[a] = ramp * full_velocity_at(walls_[wall], c, at[c]);
+    if (last < 0 || a == c || last / 2 != c) last = wall;
+  }
+  const auto factor = [&](Tied& t, int a, int out) {
+    const Reach& r = reach[roles[a].mirroring];
+    const double rho = r.ratio(r.ghost(out));
+    t.b = wall_velocity[a] + rho * (t.b - wall_velocity[a]);
+    t.r *= rho;
+  };
+  int out[3];
+  for (out[0] = 0; out[0] <= planes[0]; ++out[0])
+    for (out[1] = 0; out[1] <= planes[1]; ++out[1])
+      for (out[2] = 0; out[2] <= planes[2]; ++out[2]) {
+        Tied t{ghosts.find(out, roles, reach), 1, 0};
+        if (!t.node) continue;
+        for (int a = 0; a < 3; ++a)
+          if (a != c && out[a] > 0) factor(t, a, out[a]);
+        if (out[c] > 0) factor(t, c, out[c]);
         momentum += t.r * t.node->mass * (t.node->velocity[c] - t.b);
         mass += t.r * t.r * t.node->mass;
         tied[count++] = t;
       }
-  const double v = momentum / mass;
+  const double v = momentum / mass, full = full_velocity_at(walls_[last], c, at[c]);
   for (int n = 0; n < count; ++n)
-    part.set_velocity(*tied[n].node, c, tied[n].b + tied[n].r * v, full, normal_wall);
+    part.set_velocity(*tied[n].node, c, tied[n].b + tied[n].r * v, full, last / 2 == c ? last : -1);
+}
+
+/// Every component of a node is set by the task of its mirror node, or by its own if it has none: no two
+/// tasks meet.
+void Walls::constrain_leaf(const SparseGrid& grid, std::uint32_t l, double ramp,
+                           const std::array<Reach, 6>& reach, Part& part) const {
+  const SparseGrid::Leaf& leaf = grid.leaves()[l];
+  Role planes[3][block_edge];
+  for (int a = 0; a < 3; ++a)
+    for (int k = 0; k < block_edge; ++k)
+      for (int w = 2 * a; w < 2 * a + 2; ++w) {
+        const int at = leaf.origin[a] * block_edge + k;
+        if (reach[w].holds(at)) planes[a][k].holding = w;
+        if (rule_ == WallRule::ghost && reach[w].mirror == at) planes[a][k].mirroring = w;
+      }
+  for (int index = 0; index < block_cells; ++index) {
+    const Index3 in_leaf{index >> 4, index >> 2 & 3, index & 3};
+    const std::array<Role, 3> roles{planes[0][in_leaf[0]], planes[1][in_leaf[1]], planes[2][in_leaf[2]]};
+    Node& node = leaf.nodes[index];
+    if (!(roles[0].any() || roles[1].any() || roles[2].any()) || node.mass <= 0) continue;
+    Index3 at;
+    for (int a = 0; a < 3; ++a) at[a] = leaf.origin[a] * block_edge + in_leaf[a];
+    Ghosts ghosts(grid, l, at);
+    for (int c = 0; c < 3; ++c) {
+      bool held = false, mirrors = false;
+      for (int a = 0; a < 3; ++a) {
+        held = held || (roles[a].holding >= 0 && constrains(a, c));
+        mirrors = mirrors || (roles[a].mirroring >= 0 && constrains(a, c));
+      }
+      if (held)
+        set_held(grid, l, at, node, c, ramp, roles, reach, part);
+      else if (mirrors)
+        set_tied(ghosts, at, c, ramp, roles, reach, part);
+    }
+  }
 }
 
 WallAction Walls::apply(SparseGrid& grid, double time) const {
@@ -227,30 +289,9 @@ WallAction Walls::apply(SparseGrid& grid, double time) const {
         break;
       }
   }
-  // Every component of a node is set by the task of its mirror node, or by its own if it has none: no two
-  // tasks meet.
   std::vector<Part> parts(near.size());
-  tbb::parallel_for(std::size_t(0), near.size(), [&](std::size_t n) {
-    const SparseGrid::Leaf& leaf = grid.leaves()[near[n]];
-    bool concerned[3][block_edge];  // planes of the leaf that a wall holds or extrapolates from
-    for (int a = 0; a < 3; ++a)
-      for (int k = 0; k < block_edge; ++k) {
-        const int at = leaf.origin[a] * block_edge + k;
-        concerned[a][k] = false;
-        for (const Reach* r : {&reach[2 * a], &reach[2 * a + 1]})
-          concerned[a][k] = concerned[a][k] || r->holds(at) || r->mirror == at;
-      }
-    for (int index = 0; index < block_cells; ++index) {
-      Node& node = leaf.nodes[index];
-      const Index3 in_leaf{index >> 4, index >> 2 & 3, index & 3};
-      if (node.mass <= 0 ||
-          !(concerned[0][in_leaf[0]] || concerned[1][in_leaf[1]] || concerned[2][in_leaf[2]]))
-        continue;
-      Index3 at;
-      for (int a = 0; a < 3; ++a) at[a] = leaf.origin[a] * block_edge + in_leaf[a];
-      for (int c = 0; c < 3; ++c) constrain_node(grid, near[n], at, node, c, ramp(time), reach, parts[n]);
-    }
-  });
+  tbb::parallel_for(std::size_t(0), near.size(),
+                    [&](std::size_t n) { constrain_leaf(grid, near[n], ramp(time), reach, parts[n]); });
   WallAction sum;
   for (const Part& part : parts) {
     for (int w = 0; w < 6; ++w) sum.normal_impulse[w] += part.action.normal_impulse[w];

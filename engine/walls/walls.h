@@ -55,12 +55,18 @@ class Walls {
 
  private:
   struct Reach;  // the nodes that a wall takes hold of
-  struct Hold;
+  struct Role;
   struct Part;
+  class Ghosts;
   bool constrains(int axis, int component) const;
   double full_velocity_at(const Wall& wall, int component, int node_component) const;
-  void constrain_node(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, Node& node, int component,
-                      double ramp, const std::array<Reach, 6>& reach, Part& part) const;
+  void set_held(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, Node& node, int component,
+                double ramp, const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach,
+                Part& part) const;
+  void set_tied(Ghosts& ghosts, const Index3& at, int component, double ramp,
+                const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach, Part& part) const;
+  void constrain_leaf(const SparseGrid& grid, std::uint32_t leaf, double ramp,
+                      const std::array<Reach, 6>& reach, Part& part) const;
 
   std::array<Wall, 6> walls_;
   WallRule rule_;
