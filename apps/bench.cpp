@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common_options.h"
+#include "errors.h"
 #include "kernels.h"
 #include "machine_limits.h"
 #include "observables/observer.h"
@@ -118,6 +119,8 @@ double plain_step_seconds(const Scene& scene, const Sample& sample, double dt) {
 }
 
 void bench(const BenchOptions& options) {
+  if (options.scene.empty() && !options.set.empty())
+    throw InputError("bench: --set overrides the keys of a scene file; expected SCENE.");
   const Scene scene = options.scene.empty() ? paper_scene() : read_scene(options.scene, options.set);
   const int threads = thread_count(options);
   const ThreadLimit limit(threads);

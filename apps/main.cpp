@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <new>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bench.h"
@@ -45,6 +46,10 @@ void check_command_name(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
   const std::vector<std::string> names = command_names(app);
   if (std::find(names.begin(), names.end(), argv[1]) != names.end()) return;
+#if !ANTICRACK_RENDER
+  if (argv[1] == std::string_view("render"))
+    throw InputError("this build has no subcommand render; configure it with -DANTICRACK_RENDER=ON.");
+#endif
   const std::string near = nearest_name(argv[1], names);
   throw InputError(near.empty() ? fmt::format("\"{}\" is no subcommand; expected one of: {}.", argv[1],
                                               fmt::join(names, ", "))

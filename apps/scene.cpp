@@ -267,7 +267,7 @@ Output read_output(const SceneSection& section) {
   Output output;
   constexpr int many = std::numeric_limits<int>::max();
   output.history_every = int(section.integer("history_every", 1, many, output.history_every));
-  output.frames = int(section.integer("frames", 1, 100000, output.frames));
+  output.frames = int(section.integer("frames", 0, 100000, output.frames));
   output.checkpoint_minutes =
       section.number("checkpoint_minutes", positive("checkpoint_minutes"), output.checkpoint_minutes);
   output.paraview = section.flag("paraview", output.paraview);

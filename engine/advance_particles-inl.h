@@ -323,10 +323,10 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
             at.store(kappa, p.kappa + i);
           }
         }
-        note_failure(d, hn::And(home, not_finite(d, strain, v, kappa)), i,
-                     "velocity, elastic strain or kappa", result);
         staying = hn::And(home, inside_cell(d, s));
       }
+      note_failure(d, hn::And(home, not_finite(d, strain, v, kappa)), i, "velocity, elastic strain or kappa",
+                   result);
       if (everywhere && HWY_LIKELY(hn::AllTrue(d, staying)))
         return give<true>(d, c, s, v, kappa, staying, strain, int(l), chunk.giving, observe, sums);
       give<false>(d, c, s, v, kappa, staying, strain, int(l), chunk.giving, observe, sums);

@@ -130,8 +130,7 @@ void Simulation::advance_particles(const StepConstants& c, bool observe) {
   tbb::parallel_for(std::size_t(0), cells_.size(), [&](std::size_t b) {
     kernels().advance_block(model_, c, pointers, view_of(grid_, cells_, b), observe, results_[b]);
   });
-  for (const BlockResult& result : results_)
-    if (result.failure) fail(result.failure->particle, result.failure->quantity);
+  check_results(results_);
 }
 
 void Simulation::advance_and_scatter_strays(const StepConstants& c, bool observe) {
@@ -152,6 +151,7 @@ void Simulation::scatter_particles(std::span<const std::uint32_t> returned_stray
     kernels().scatter_block(model_, c, pointers, view_of(grid_, cells_, b), true, results_[b]);
   });
   for (std::size_t n = 0; n < place.size(); ++n) particles_.s[0][returned_strays[n]] = place[n];
+  check_results(results_);
   sums_ = {};
   for (const BlockResult& result : results_) sums_.add(result.sums);
   collect_strays(results_);
@@ -187,10 +187,8 @@ ParticleSums Simulation::advance_strays(const StepConstants& c) {
     }
   });
   ParticleSums sums;
-  for (const BlockResult& result : results) {
-    if (result.failure) fail(result.failure->particle, result.failure->quantity);
-    sums.add(result.sums);
-  }
+  check_results(results);
+  for (const BlockResult& result : results) sums.add(result.sums);
   return sums;
 }
 
@@ -249,6 +247,11 @@ void Simulation::check_walls() const {
               << " cells of each other; expected at least 3, so that they do not act on the same nodes";
       throw NumericalError(message.str());
     }
+}
+
+void Simulation::check_results(std::span<const BlockResult> results) const {
+  for (const BlockResult& result : results)
+    if (result.failure) fail(result.failure->particle, result.failure->quantity);
 }
 
 void Simulation::fail(std::uint32_t particle, const std::string& quantity) const {

@@ -98,6 +98,7 @@ class Simulation {
   void scatter_strays(const StepConstants& c, bool observe);
   ParticleSums advance_strays(const StepConstants& c);
   void check_walls() const;
+  void check_results(std::span<const BlockResult> results) const;
   [[noreturn]] void fail(std::uint32_t particle, const std::string& quantity) const;
 
   SimulationSetup setup_;
