@@ -5,20 +5,29 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "bench_cases.h"
 #include "common_options.h"
 #include "errors.h"
+#include "io/atomic_file.h"
 #include "kernels.h"
 #include "machine_limits.h"
 #include "observables/observer.h"
+#include "output_folder.h"
 #include "reference_step.h"
 #include "sample.h"
 #include "scene.h"
 #include "simulation.h"
+#if ANTICRACK_RENDER
+#include "plot.h"
+#endif
 
 namespace anticrack {
 
@@ -28,20 +37,11 @@ namespace {
 constexpr double lane_operations = 940;
 
 struct BenchOptions : CommonOptions {
-  std::string scene;
+  std::string scene, curves;
   int rounds = 5, steps = 40;
-  bool json = false;
+  double most_particles = 1e7;
+  bool json = false, options = false;
 };
-
-/// 131^3 lattice, solid fraction 0.44, six sticky walls, Table 1 of Blatny et al. (2021).
-Scene paper_scene() {
-  Scene scene;
-  scene.lattice = SampleLattice{{131, 131, 131}, 1.0 / 131};
-  scene.microstructure = GaussianRandomFieldSource{{10000, 9, 50, 1}, 0.44};
-  scene.material = {1e4, {10e9, 0.3}, DruckerPragerSoftening{1.2, 2.5e6, 1e6}};
-  scene.loading = TriaxialLoading{0, -1, 5e-4, WallKind::sticky};
-  return scene;
-}
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -82,7 +82,7 @@ void run_round(Simulation& simulation, Observer& observer, int steps, int histor
   const PhaseSeconds before = simulation.phase_seconds();
   const auto start = std::chrono::steady_clock::now();
   for (int n = 0; n < steps; ++n) {
-    const bool row_due = (simulation.steps() + 1) % history_every == 0;
+    const bool row_due = history_every > 0 && (simulation.steps() + 1) % history_every == 0;
     simulation.step(row_due);
     if (row_due) observer.record(simulation, 0);
   }
@@ -118,6 +118,125 @@ double plain_step_seconds(const Scene& scene, const Sample& sample, double dt) {
   return spread_of(seconds).median;
 }
 
+/// A case's figures over its rounds.
+struct CaseResult {
+  std::string series;
+  double value, particles;
+  Spread rate;
+  double bytes_per_particle, bytes, yielded, strays;  ///< the last two: shares of the particles a step
+};
+
+/// Times several cases round by round in turn if they fit in memory together, else one after the other.
+std::vector<CaseResult> time_cases(const std::vector<BenchCaseMaker>& makers, bool alternate,
+                                   const BenchOptions& options, int threads) {
+  struct Running {
+    BenchCase bench_case;
+    std::unique_ptr<Simulation> simulation;
+    std::unique_ptr<Observer> observer;
+    Timing timing;
+    double yielded = 0, strays = 0;
+  };
+  const auto start = [&](const BenchCaseMaker& make) {
+    Running r{make(), nullptr, nullptr, {threads, {}, {}}};
+    r.simulation =
+        std::make_unique<Simulation>(r.bench_case.setup, r.bench_case.positions, r.bench_case.velocities);
+    r.bench_case.positions = {};
+    r.bench_case.velocities = {};
+    r.observer = std::make_unique<Observer>(*r.simulation);
+    Timing warm_up{threads, {}, {}};
+    run_round(*r.simulation, *r.observer, 3, r.bench_case.history_every, warm_up);
+    return r;
+  };
+  const auto round = [&](Running& r) {
+    run_round(*r.simulation, *r.observer, options.steps, r.bench_case.history_every, r.timing);
+    const double n = double(r.simulation->particles().count);
+    r.yielded = r.simulation->observed().yielded / n;
+    r.strays = double(r.simulation->stray_count()) / n;
+  };
+  const auto result = [&](const Running& r) {
+    const double n = double(r.simulation->particles().count);
+    fmt::print(stderr, "{} {:.4g}: {:.2f} M particle-steps/s\n", r.bench_case.series, r.bench_case.value,
+               1e-6 * r.timing.rate(n).median);
+    return CaseResult{r.bench_case.series,
+                      r.bench_case.value,
+                      n,
+                      r.timing.rate(n),
+                      double(r.simulation->particles().bytes_per_particle()),
+                      double(r.simulation->bytes()),
+                      r.yielded,
+                      r.strays};
+  };
+  std::vector<CaseResult> results;
+  if (alternate) {
+    std::vector<Running> all;
+    for (const auto& make : makers) all.push_back(start(make));
+    for (int n = 0; n < options.rounds; ++n)
+      for (Running& r : all) round(r);
+    for (const Running& r : all) results.push_back(result(r));
+  } else {
+    for (const auto& make : makers) {
+      Running r = start(make);
+      for (int n = 0; n < options.rounds; ++n) round(r);
+      results.push_back(result(r));
+    }
+  }
+  return results;
+}
+
+void bench_options(const BenchOptions& options) {
+  const int threads = thread_count(options);
+  const ThreadLimit limit(threads);
+  fmt::print("{:<56}{:>6}{:>8}{:>18}\n", "", "ns", "bytes", "against the first");
+  const auto results = time_cases(option_cases(), true, options, threads);
+  for (const CaseResult& r : results)
+    fmt::print("{:<56}{:>6.1f}{:>8.0f}{:>18.2f}\n", r.series, 1e9 / r.rate.median, r.bytes_per_particle,
+               results.front().rate.median / r.rate.median);
+  fmt::print("ns a particle-step with {} threads, median of {} rounds in turn; bytes of state a particle\n",
+             threads, options.rounds);
+}
+
+/// Curves as throughput.csv and, where the build can draw, one picture a series.
+void bench_curves(const BenchOptions& options) {
+  namespace fs = std::filesystem;
+  const int threads = thread_count(options);
+  const ThreadLimit limit(threads);
+  const fs::path folder = options.curves;
+  prepare_output_folder(folder, ExistingFolder::refuse);
+  const auto results = time_cases(curve_cases(options.most_particles), false, options, threads);
+  std::string csv = "series,value,particles,rate_low,rate_median,rate_high,gibibytes,yielded,strays\n";
+  std::map<std::string, std::vector<CaseResult>> series;
+  for (const CaseResult& r : results) {
+    csv += fmt::format("{},{:.6g},{:.0f},{:.6g},{:.6g},{:.6g},{:.4g},{:.4g},{:.4g}\n", r.series, r.value,
+                       r.particles, r.rate.low, r.rate.median, r.rate.high, r.bytes / (1 << 30), r.yielded,
+                       r.strays);
+    series[r.series].push_back(r);
+  }
+  write_text_atomically(folder / "throughput.csv", csv);
+  for (const auto& [name, points] : series) {
+    const auto [low, high] =
+        std::minmax_element(points.begin(), points.end(),
+                            [](const auto& a, const auto& b) { return a.rate.median < b.rate.median; });
+    fmt::print("{:<18} {:6.2f} to {:6.2f} M particle-steps/s, ratio {:.2f}\n", name, 1e-6 * low->rate.median,
+               1e-6 * high->rate.median, high->rate.median / low->rate.median);
+#if ANTICRACK_RENDER
+    Plot plot{name == "particles" ? "log_{10} particles" : name, "M particle-steps/s", {}};
+    Curve median{"median", {}, {}}, best{"best round", {}, {}};
+    for (const CaseResult& r : points) {
+      const double x = name == "particles" ? std::log10(r.value) : r.value;
+      median.x.push_back(x);
+      median.y.push_back(1e-6 * r.rate.median);
+      best.x.push_back(x);
+      best.y.push_back(1e-6 * r.rate.high);
+    }
+    plot.curves = {median, best};
+    std::string file = name;
+    std::replace(file.begin(), file.end(), ' ', '_');
+    write_text_atomically(folder / (file + ".png"), draw_plot(plot, DocumentFormat::png));
+#endif
+  }
+  fmt::print("{} and a picture a series: {}\n", (folder / "throughput.csv").string(), folder.string());
+}
+
 void bench(const BenchOptions& options) {
   if (options.scene.empty() && !options.set.empty())
     throw InputError("bench: --set overrides the keys of a scene file; expected SCENE.");
@@ -125,9 +244,7 @@ void bench(const BenchOptions& options) {
   const int threads = thread_count(options);
   const ThreadLimit limit(threads);
   const Sample sample = load_sample(scene);
-  Simulation simulation({sample.lattice.size(), sample.particle_volume, 2 * sample.lattice.spacing,
-                         scene.material, scene.loading, scene.numerics},
-                        sample.positions);
+  Simulation simulation(setup_of(scene, sample.lattice), sample.positions);
   Observer observer(simulation);
   const double particles = double(simulation.particles().count);
 
@@ -211,7 +328,29 @@ CLI::App* add_bench_command(CLI::App& app) {
   command->add_flag("--json", options->json, "Report as JSON on stdout");
   add_set_option(*command, *options);
   add_threads_option(*command, *options);
-  command->callback([options] { bench(*options); });
+  auto* table = command->add_flag("--options", options->options,
+                                  "Table of what each part of a step costs: PIC only, elastic only, ...");
+  command
+      ->add_option("--curves", options->curves,
+                   "Curves of throughput against particles, solid fraction, crowding, yielding, strays: "
+                   "throughput.csv and pictures in this new folder")
+      ->type_name("DIR")
+      ->excludes(table);
+  command
+      ->add_option("--most-particles", options->most_particles, "Largest case of --curves; 5e7 takes 12 GiB")
+      ->check(CLI::Range(1e5, 4e9))
+      ->capture_default_str();
+  command->footer(
+      "Examples:\n"
+      "  anticrack bench\n"
+      "  anticrack bench assets/scenes/quickstart.toml --threads 2 --json\n"
+      "  anticrack bench --options\n"
+      "  anticrack bench --curves out/throughput --most-particles 5e7 --steps 10 --rounds 3");
+  command->callback([options] {
+    if (options->options) return bench_options(*options);
+    if (!options->curves.empty()) return bench_curves(*options);
+    bench(*options);
+  });
   return command;
 }
 

@@ -69,11 +69,6 @@ std::size_t available_memory() {
   return 0;
 }
 
-SimulationSetup setup_of(const Scene& scene, const Sample& sample) {
-  return {sample.lattice.size(), sample.particle_volume, 2 * sample.lattice.spacing,
-          scene.material,        scene.loading,          scene.numerics};
-}
-
 std::optional<double> until_strain(const Scene& scene) {
   const auto* until = std::get_if<UntilStrain>(&scene.until);
   return until ? std::optional(until->strain) : std::nullopt;
@@ -131,7 +126,7 @@ std::string describe(const Scene& scene, const Sample& sample, const MemoryEstim
 
 /// Particles, leaves, memory, steps and expected time, from a few real steps.
 void print_plan(const Scene& scene, const Sample& sample, const MemoryEstimate& memory) {
-  const SimulationSetup setup = setup_of(scene, sample);
+  const SimulationSetup setup = setup_of(scene, sample.lattice);
   Simulation simulation(setup, sample.positions);
   simulation.step(false);
   const auto start = std::chrono::steady_clock::now();
@@ -162,7 +157,7 @@ class Run {
 
   void start() {
     prepare_output_folder(options_.output, options_.force ? ExistingFolder::replace : ExistingFolder::refuse);
-    simulation_.emplace(setup_of(scene_, sample_), sample_.positions);
+    simulation_.emplace(setup_of(scene_, sample_.lattice), sample_.positions);
     observer_.emplace(*simulation_);
     folder_.emplace(options_.output, scene_, sample_.lattice.spacing, threads_);
     if (scene_.output.frames > 0) folder_->write_frame(*simulation_);
@@ -171,7 +166,7 @@ class Run {
   void resume() {
     prepare_output_folder(options_.output, ExistingFolder::resume);
     CheckpointReader checkpoint = open_checkpoint(options_.output, to_toml(scene_));
-    simulation_.emplace(setup_of(scene_, sample_), checkpoint);
+    simulation_.emplace(setup_of(scene_, sample_.lattice), checkpoint);
     observer_.emplace(*simulation_);
     Observer::Memory memory;
     checkpoint.read<double>("observer",

@@ -72,4 +72,9 @@ Sample load_sample(const Scene& scene) {
   return sample;
 }
 
+SimulationSetup setup_of(const Scene& scene, const SampleLattice& lattice) {
+  const double h = lattice.spacing;
+  return {lattice.size(), h * h * h, 2 * h, scene.material, scene.loading, scene.numerics};
+}
+
 }  // namespace anticrack

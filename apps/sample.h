@@ -6,6 +6,7 @@
 #include "microstructure.h"
 #include "sample_lattice.h"
 #include "scene.h"
+#include "simulation.h"
 #include "vec3.h"
 
 namespace anticrack {
@@ -34,5 +35,8 @@ Sample load_sample(const SampleScene& scene);
 /// The same; where the sample's size was known by its file only, it checks the wall speed too. @throws
 /// SceneError
 Sample load_sample(const Scene& scene);
+
+/// What the engine is told of a scene and the lattice of its sample.
+SimulationSetup setup_of(const Scene& scene, const SampleLattice& lattice);
 
 }  // namespace anticrack

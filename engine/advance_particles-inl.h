@@ -71,9 +71,13 @@ struct Moved {
   V L[3][3];  ///< dt grad v
 };
 
+/// Numbers of a node that a transfer reads: velocity and mass, and the increment.
+template <Transfer transfer>
+constexpr int channels = transfer == Transfer::flip ? 8 : 4;
+
 /// Lines 12 and 13 of Algorithm 1, and dt grad v for line 7; `place` is relative to the cell of `grid`, `s`
 /// to the particle's own.
-template <class D, class V = hn::Vec<D>>
+template <Transfer transfer, class D, class V = hn::Vec<D>>
 HWY_INLINE Moved<V> interpolate(D d, const StepConstants& c, const CellPolynomial& grid, const V (&place)[3],
                                 const V (&s)[3], const V (&v)[3]) {
   const V dt_over_dx = hn::Set(d, c.dt / c.cell_size), flip = hn::Set(d, c.flip);
@@ -81,9 +85,12 @@ HWY_INLINE Moved<V> interpolate(D d, const StepConstants& c, const CellPolynomia
   Moved<V> moved;
   for (int a = 0; a < 3; ++a) {
     const Sampled<V> pic = sample<true>(d, grid, a, at);
-    const Sampled<V> dv = sample<false>(d, grid, a + 4, at);
-    moved.s[a] = hn::MulAdd(dt_over_dx, pic.value, s[a]);                   // line 13
-    moved.v[a] = hn::MulAdd(flip, v[a] + dv.value - pic.value, pic.value);  // line 12
+    moved.s[a] = hn::MulAdd(dt_over_dx, pic.value, s[a]);  // line 13
+    moved.v[a] = pic.value;                                // line 12
+    if constexpr (transfer == Transfer::flip) {
+      const Sampled<V> dv = sample<false>(d, grid, a + 4, at);
+      moved.v[a] = hn::MulAdd(flip, v[a] + dv.value - pic.value, pic.value);
+    }
     for (int e = 0; e < 3; ++e) moved.L[a][e] = dt_over_dx * pic.gradient[e];
   }
   return moved;
@@ -224,7 +231,7 @@ HWY_INLINE void for_each_cell(const BlockView& block, std::size_t begin, std::si
 }
 
 /// The particles at home in a block, chunk by chunk; `advancing` false: particle to grid alone.
-template <Model model, bool advancing>
+template <Model model, Transfer transfer, bool advancing>
 void pass_over_block(const StepConstants& c, const ParticlePointers& p, const BlockView& block, bool observe,
                      BlockResult& result) {
   using D = hn::CappedTag<double, 8>;
@@ -250,22 +257,22 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
 
     // Grid to particle, cell by cell.
     if constexpr (advancing)
-      for_each_cell(block, begin, end,
-                    [&](int first_node, std::size_t from, std::size_t to) ANTICRACK_INLINE {
-                      CellPolynomial grid;
-                      make_polynomial<8>(&nodes[first_node], stride_x, stride_y, grid);
-                      for (std::size_t i = from; i < to; i += lanes) {
-                        const M here = hn::FirstN(d, to - i);
-                        V s[3], v[3];
-                        for (int a = 0; a < 3; ++a) s[a] = hn::MaskedLoad(here, d, p.s[a] + i);
-                        for (int a = 0; a < 3; ++a) v[a] = hn::MaskedLoad(here, d, p.v[a] + i);
-                        const Moved<V> moved = interpolate(d, c, grid, s, s, v);
-                        for (int a = 0; a < 3; ++a) hn::StoreU(moved.s[a], d, chunk.s[a] + (i - begin));
-                        for (int a = 0; a < 3; ++a) hn::StoreU(moved.v[a], d, chunk.v[a] + (i - begin));
-                        for (int e = 0; e < 9; ++e)
-                          hn::StoreU(moved.L[e / 3][e % 3], d, chunk.L[e] + (i - begin));
-                      }
-                    });
+      for_each_cell(
+          block, begin, end, [&](int first_node, std::size_t from, std::size_t to) ANTICRACK_INLINE {
+            CellPolynomial grid;
+            make_polynomial<channels<transfer>>(&nodes[first_node], stride_x, stride_y, grid);
+            for (std::size_t i = from; i < to; i += lanes) {
+              const M here = hn::FirstN(d, to - i);
+              V s[3], v[3];
+              for (int a = 0; a < 3; ++a) s[a] = hn::MaskedLoad(here, d, p.s[a] + i);
+              for (int a = 0; a < 3; ++a)
+                v[a] = transfer == Transfer::flip ? hn::MaskedLoad(here, d, p.v[a] + i) : hn::Zero(d);
+              const Moved<V> moved = interpolate<transfer>(d, c, grid, s, s, v);
+              for (int a = 0; a < 3; ++a) hn::StoreU(moved.s[a], d, chunk.s[a] + (i - begin));
+              for (int a = 0; a < 3; ++a) hn::StoreU(moved.v[a], d, chunk.v[a] + (i - begin));
+              for (int e = 0; e < 9; ++e) hn::StoreU(moved.L[e / 3][e % 3], d, chunk.L[e] + (i - begin));
+            }
+          });
 
     // Material, every lane full. Two loops, each short enough for the processor to overlap its batches.
     const auto for_each_batch = [&](auto visit) ANTICRACK_INLINE {
@@ -372,15 +379,15 @@ struct OneParticle {
   }
 };
 
-template <Model model>
+template <Model model, Transfer transfer>
 void advance_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
                  const Node nodes[27], const Index3& shift, BlockResult& result) {
   using V = OneParticle::V;
   const OneLane d;
   CellPolynomial grid;
-  make_polynomial<8>(nodes, 9, 3, grid);
+  make_polynomial<channels<transfer>>(nodes, 9, 3, grid);
   OneParticle one(p, particle, shift);
-  const Moved<V> moved = interpolate(d, c, grid, one.place, one.s, one.v);
+  const Moved<V> moved = interpolate<transfer>(d, c, grid, one.place, one.s, one.v);
   for (int a = 0; a < 3; ++a) one.s[a] = moved.s[a];
   for (int a = 0; a < 3; ++a) one.v[a] = moved.v[a];
   LaneSums<V> sums = zero_sums(d);
@@ -400,9 +407,8 @@ void advance_one(const StepConstants& c, const ParticlePointers& p, std::uint32_
   reduce(d, sums, false, result.sums);
 }
 
-template <Model model>
-void scatter_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
-                 const Index3& shift, Node* first, bool observe, ParticleSums& out) {
+inline void scatter_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
+                        const Index3& shift, Node* first, bool observe, ParticleSums& out) {
   using V = OneParticle::V;
   const OneLane d;
   const OneParticle one(p, particle, shift);

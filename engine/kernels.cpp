@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 // AVX-512, AVX2, and a plain path for any other CPU; what lies between would only lengthen the build.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
@@ -19,50 +20,39 @@ namespace anticrack {
 namespace HWY_NAMESPACE {
 
 /// The compiled combinations of per-particle code.
-#define ANTICRACK_MODELS(use) use(hencky) use(drucker_prager_implicit) use(drucker_prager_paper)
+#define ANTICRACK_PASSES(use)                                                                             \
+  use(hencky, flip) use(hencky, pic) use(drucker_prager_implicit, flip) use(drucker_prager_implicit, pic) \
+      use(drucker_prager_paper, flip) use(drucker_prager_paper, pic)
 
-void advance_block(Model model, const StepConstants& c, const ParticlePointers& p, const BlockView& block,
-                   bool observe, BlockResult& result) {
-  switch (model) {
-#define USE(name)   \
-  case Model::name: \
-    return pass_over_block<Model::name, true>(c, p, block, observe, result);
-    ANTICRACK_MODELS(USE)
+/// Calls visit(model, transfer) with the constants of `kind`.
+template <class Visit>
+void with_constants(PassKind kind, Visit visit) {
+#define USE(model_name, transfer_name)                                             \
+  if (kind.model == Model::model_name && kind.transfer == Transfer::transfer_name) \
+    return visit(std::integral_constant<Model, Model::model_name>(),               \
+                 std::integral_constant<Transfer, Transfer::transfer_name>());
+  ANTICRACK_PASSES(USE)
 #undef USE
-  }
 }
 
-void scatter_block(Model model, const StepConstants& c, const ParticlePointers& p, const BlockView& block,
+void advance_block(PassKind kind, const StepConstants& c, const ParticlePointers& p, const BlockView& block,
                    bool observe, BlockResult& result) {
-  switch (model) {
-#define USE(name)   \
-  case Model::name: \
-    return pass_over_block<Model::name, false>(c, p, block, observe, result);
-    ANTICRACK_MODELS(USE)
-#undef USE
-  }
+  with_constants(kind, [&](auto model, auto transfer) HWY_ATTR {
+    pass_over_block<model, transfer, true>(c, p, block, observe, result);
+  });
 }
 
-void advance_stray(Model model, const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
+void scatter_block(PassKind kind, const StepConstants& c, const ParticlePointers& p, const BlockView& block,
+                   bool observe, BlockResult& result) {
+  with_constants(kind, [&](auto model, auto) HWY_ATTR {
+    pass_over_block<model, Transfer::pic, false>(c, p, block, observe, result);
+  });
+}
+
+void advance_stray(PassKind kind, const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
                    const Node nodes[27], const Index3& shift, BlockResult& result) {
-  switch (model) {
-#define USE(name)   \
-  case Model::name: \
-    return advance_one<Model::name>(c, p, particle, nodes, shift, result);
-    ANTICRACK_MODELS(USE)
-#undef USE
-  }
-}
-
-void scatter_stray(Model model, const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
-                   const Index3& shift, Node* first, bool observe, ParticleSums& sums) {
-  switch (model) {
-#define USE(name)   \
-  case Model::name: \
-    return scatter_one<Model::name>(c, p, particle, shift, first, observe, sums);
-    ANTICRACK_MODELS(USE)
-#undef USE
-  }
+  with_constants(kind, [&](auto model, auto transfer)
+                           HWY_ATTR { advance_one<model, transfer>(c, p, particle, nodes, shift, result); });
 }
 
 void hencky(std::span<const std::array<double, 6>> h, std::span<std::array<double, 6>> strain) {
@@ -112,7 +102,7 @@ Kernels make_kernels() {
           advance_block,
           scatter_block,
           advance_stray,
-          scatter_stray,
+          scatter_one,
           update_leaf,
           hencky,
           inverse_hencky,
@@ -136,6 +126,11 @@ const Kernels& kernels() {
 Model model_of(const Material& material, ReturnMapping mapping) {
   if (!material.plasticity) return Model::hencky;
   return mapping == ReturnMapping::paper ? Model::drucker_prager_paper : Model::drucker_prager_implicit;
+}
+
+PassKind pass_kind(const Material& material, const Numerics& numerics) {
+  return {model_of(material, numerics.return_mapping),
+          numerics.flip == 0 && !numerics.flip_time ? Transfer::pic : Transfer::flip};
 }
 
 MaterialConstants::MaterialConstants(const Material& material)

@@ -7,15 +7,24 @@
 #include <vector>
 
 #include "material/material_parameters.h"
+#include "numerics.h"
 #include "particles.h"
 #include "sparse_grid.h"
 
 namespace anticrack {
 
-/// The compiled combinations of per-particle code; the one list of them is `ANTICRACK_MODELS` in kernels.cpp.
 enum class Model { hencky, drucker_prager_implicit, drucker_prager_paper };
+enum class Transfer { flip, pic };  ///< pic: neither reads velocities nor their increments
+
+/// What differs in per-particle code; the one list of the compiled combinations is `ANTICRACK_PASSES` in
+/// kernels.cpp.
+struct PassKind {
+  Model model;
+  Transfer transfer;
+};
 
 Model model_of(const Material& material, ReturnMapping mapping);
+PassKind pass_kind(const Material& material, const Numerics& numerics);
 
 /// Material constants in the form that the kernels use.
 struct MaterialConstants {
@@ -90,16 +99,16 @@ struct Kernels {
   const char* simd;  ///< name of the instruction set
 
   /// Algorithm 1, lines 7-13, then lines 2-4 of the next step, for the particles at home in the block.
-  void (*advance_block)(Model, const StepConstants&, const ParticlePointers&, const BlockView&, bool observe,
-                        BlockResult&);
+  void (*advance_block)(PassKind, const StepConstants&, const ParticlePointers&, const BlockView&,
+                        bool observe, BlockResult&);
   /// Lines 2-4 alone: at the start of a run.
-  void (*scatter_block)(Model, const StepConstants&, const ParticlePointers&, const BlockView&, bool observe,
-                        BlockResult&);
+  void (*scatter_block)(PassKind, const StepConstants&, const ParticlePointers&, const BlockView&,
+                        bool observe, BlockResult&);
   /// Lines 7-13 for one stray, whose true cell has the given 27 nodes and lies `shift` cells from its own.
-  void (*advance_stray)(Model, const StepConstants&, const ParticlePointers&, std::uint32_t particle,
+  void (*advance_stray)(PassKind, const StepConstants&, const ParticlePointers&, std::uint32_t particle,
                         const Node nodes[27], const Index3& shift, BlockResult&);
   /// Lines 2-4 for one stray: into its true cell, whose lowest node is `first` of a tile.
-  void (*scatter_stray)(Model, const StepConstants&, const ParticlePointers&, std::uint32_t particle,
+  void (*scatter_stray)(const StepConstants&, const ParticlePointers&, std::uint32_t particle,
                         const Index3& shift, Node* first, bool observe, ParticleSums&);
   /// Lines 2, 3 and 5 for one leaf: sums its tiles (nullptr where there is none) and updates the velocity.
   /// Returns the kinetic energy before and after [J].

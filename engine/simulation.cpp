@@ -32,7 +32,7 @@ class LapTimer {
 
 Simulation::Simulation(const SimulationSetup& setup)
     : setup_(setup),
-      model_(model_of(setup.material, setup.numerics.return_mapping)),
+      kind_(pass_kind(setup.material, setup.numerics)),
       mass_(setup.material.density * setup.particle_volume),
       walls_(setup.loading, setup.numerics.wall_rule, setup.box_size, setup.cell_size,
              Vec3(setup.numerics.grid_offset.data()), elastic_wave_speed(setup.material)) {
@@ -128,7 +128,7 @@ void Simulation::advance_particles(const StepConstants& c, bool observe) {
   const ParticlePointers pointers(particles_);
   results_.assign(cells_.size(), {});
   tbb::parallel_for(std::size_t(0), cells_.size(), [&](std::size_t b) {
-    kernels().advance_block(model_, c, pointers, view_of(grid_, cells_, b), observe, results_[b]);
+    kernels().advance_block(kind_, c, pointers, view_of(grid_, cells_, b), observe, results_[b]);
   });
   check_results(results_);
 }
@@ -148,7 +148,7 @@ void Simulation::scatter_particles(std::span<const std::uint32_t> returned_stray
   std::vector<double> place;
   for (const std::uint32_t i : returned_strays) place.push_back(std::exchange(particles_.s[0][i], 2.0));
   tbb::parallel_for(std::size_t(0), cells_.size(), [&](std::size_t b) {
-    kernels().scatter_block(model_, c, pointers, view_of(grid_, cells_, b), true, results_[b]);
+    kernels().scatter_block(kind_, c, pointers, view_of(grid_, cells_, b), true, results_[b]);
   });
   for (std::size_t n = 0; n < place.size(); ++n) particles_.s[0][returned_strays[n]] = place[n];
   check_results(results_);
@@ -183,7 +183,7 @@ ParticleSums Simulation::advance_strays(const StepConstants& c) {
         const std::uint32_t leaf = block.leaf[(x >> 2) * 4 + (y >> 2) * 2 + (z >> 2)];
         nodes[k] = grid_.leaves()[leaf].nodes[leaf_index(x & 3, y & 3, z & 3)];
       }
-      kernels().advance_stray(model_, c, pointers, stray.particle, nodes, stray.shift, results[n]);
+      kernels().advance_stray(kind_, c, pointers, stray.particle, nodes, stray.shift, results[n]);
     }
   });
   ParticleSums sums;
@@ -213,7 +213,7 @@ void Simulation::scatter_strays(const StepConstants& c, bool observe) {
       Node* nodes = &grid_.tile(
           stray
               .block)[((stray.cell >> 4) * tile_edge + (stray.cell >> 2 & 3)) * tile_edge + (stray.cell & 3)];
-      kernels().scatter_stray(model_, c, pointers, stray.particle, stray.shift, nodes, observe, sums[n]);
+      kernels().scatter_stray(c, pointers, stray.particle, stray.shift, nodes, observe, sums[n]);
     }
   });
   for (const ParticleSums& s : sums) sums_.add(s);

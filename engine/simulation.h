@@ -102,7 +102,7 @@ class Simulation {
   [[noreturn]] void fail(std::uint32_t particle, const std::string& quantity) const;
 
   SimulationSetup setup_;
-  Model model_;
+  PassKind kind_;
   double mass_;
   Particles particles_;
   SparseGrid grid_;

@@ -57,7 +57,7 @@ HWY_INLINE Returned<D> return_implicit(D d, const MaterialConstants& m, V trace,
 
   const V AC = A * C;
   V x = hn::Max(zero, hn::Min(norm, B));
-  auto open = hn::AndNot(apex, yielded);
+  auto open = hn::And(hn::AndNot(apex, yielded), AC > zero);  // without cohesion x = B is the root
   for (int iteration = 0; iteration < 64 && !hn::AllFalse(d, open); ++iteration) {
     const V softening = AC * hn::Exp(d, hn::Neg(xi * x));
     const V residual = B - x - softening, slope = hn::MulSub(xi, softening, one);

@@ -209,6 +209,15 @@ HWY_INLINE HenckyStrain<V> hencky_strain(D d, const Symmetric<V>& h) {
   return strain;
 }
 
+/// (e^x - 1) / x for |x| <= 2 series_range.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V exp_m1_over_x(D d, V x) {
+  V sum = hn::Set(d, exp_series[std::size(exp_series) - 1]);
+  for (std::size_t k = std::size(exp_series) - 1; k-- > 1;)
+    sum = hn::MulAdd(sum, x, hn::Set(d, exp_series[k]));
+  return sum;
+}
+
 /// h = exp(2 eps) - I of eps = trace/3 I + deviator; the inverse of hencky_strain.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE Symmetric<V> left_cauchy_green_minus_identity(D d, V trace, const Symmetric<V>& deviator) {
@@ -233,7 +242,11 @@ HWY_INLINE Symmetric<V> left_cauchy_green_minus_identity(D d, V trace, const Sym
            hn::IfThenElse(small, y.xz, grown.xz), hn::IfThenElse(small, y.yz, grown.yz)};
     }
   // e^{2 trace/3} (I + y) - I = (e^{2 trace/3} - 1) I + e^{2 trace/3} y
-  const V volume = hn::Expm1(d, hn::Set(d, 2.0 / 3.0) * trace);
+  const V exponent = hn::Set(d, 2.0 / 3.0) * trace;
+  V volume = exponent * exp_m1_over_x(d, exponent);
+  const auto in_series = hn::Abs(exponent) <= hn::Set(d, 2 * series_range);
+  if (HWY_UNLIKELY(!hn::AllTrue(d, in_series)))
+    volume = hn::IfThenElse(in_series, volume, hn::Expm1(d, exponent));
   const V grow = volume + hn::Set(d, 1.0);
   return {hn::MulAdd(grow, y.xx, volume),
           hn::MulAdd(grow, y.yy, volume),

@@ -124,6 +124,51 @@ TEST(Simulation, MatchesPlainStepWithStraysAndShiftedGrid) {
   EXPECT_LT(worst.velocity, 1e-9);
 }
 
+TEST(Simulation, MatchesPlainStepInPicTransfer) {
+  const Index3 points{12, 16, 12};
+  auto setup = setup_of(points, 0.05, brittle(), ConfinedCompression{1, true, 5.0});
+  setup.numerics.flip = 0;
+  double kappa = 0;
+  const Comparison worst = compare(setup, porous(points, 0.05, 0.5), 200, &kappa);
+  EXPECT_GT(kappa, 1e-6) << "the case must yield to say anything";
+  EXPECT_LT(worst.position, 1e-9);
+  EXPECT_LT(worst.velocity, 1e-6);
+}
+
+TEST(Simulation, MatchesPlainStepAtTheTip) {
+  const Index3 points{12, 12, 12};
+  auto setup = setup_of(points, 0.05, brittle(), TriaxialLoading{0, 1, 2.0, WallKind::sticky});
+  double kappa = 0;
+  const Comparison worst = compare(setup, lattice(points, 0.05), 150, &kappa);
+  EXPECT_GT(kappa, 1e-6) << "the case must yield to say anything";
+  EXPECT_LT(worst.position, 1e-9);
+  EXPECT_LT(worst.kappa, 1e-6);
+}
+
+TEST(Simulation, MatchesPlainStepAtLargeStrainBeyondTheSeries) {
+  const Index3 points{12, 20, 12};
+  auto setup = setup_of(points, 0.05, elastic(1e6), ConfinedCompression{1, true, 3.0});
+  Simulation engine(setup, lattice(points, 0.05));
+  const Comparison worst = compare(setup, lattice(points, 0.05), 40);
+  for (int n = 0; n < 40; ++n) engine.step(false);
+  EXPECT_LT(engine.walls().strain()[1], -0.3);  // |dev h| = 0.4
+  EXPECT_LT(worst.position, 1e-10);
+  EXPECT_LT(worst.stress, 1e-10);
+}
+
+TEST(Simulation, MatchesPlainStepWhenJammed) {
+  const Index3 points{12, 16, 12};
+  auto setup = setup_of(points, 0.05, brittle(), ConfinedCompression{1, true, 60.0});
+  setup.material.elasticity.young_modulus = 1e9;
+  const auto positions = porous(points, 0.05, 0.7);
+  Simulation engine(setup, positions);
+  for (int n = 0; n < 38; ++n) engine.step(true);
+  const Comparison worst = compare(setup, positions, 38);
+  EXPECT_LT(engine.walls().strain()[1], -0.3);
+  EXPECT_LT(engine.observed().tau[1], 0);
+  EXPECT_LT(worst.position, 1e-8) << worst.position;
+}
+
 /// Confined modulus of a solid block read between slip walls that lie `offset` cells off the nodes.
 double confined_modulus(double offset, WallRule rule) {
   const Index3 points{32, 32, 32};
