@@ -236,8 +236,8 @@ MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size
     keys[i] = block_key(block_of(dual_cell(positions[i], cell_size, grid_offset).base));
   });
   tbb::parallel_sort(keys.begin(), keys.end());
-  std::unordered_set<std::uint64_t> leaves;
-  std::size_t blocks = 0;
+  std::unordered_set<std::uint64_t> leaves, leaves_of_group;
+  std::size_t blocks = 0, partials = 0;
   constexpr auto undo = [](std::uint64_t key, int shift) {
     int c = 0;
     for (int bit = 0; bit < 19; ++bit) c |= int(key >> (3 * bit + shift) & 1) << bit;
@@ -245,17 +245,25 @@ MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size
   };
   for (std::size_t i = 0; i < keys.size(); ++i) {
     if (i > 0 && keys[i] == keys[i - 1]) continue;
-    ++blocks;
-    for (int o = 0; o < 8; ++o)
-      leaves.insert(
-          morton({undo(keys[i], 2) + (o >> 2), undo(keys[i], 1) + (o >> 1 & 1), undo(keys[i], 0) + (o & 1)}));
+    if (blocks++ % group_blocks == 0) {
+      partials += leaves_of_group.size();
+      leaves_of_group.clear();
+    }
+    for (int o = 0; o < 8; ++o) {
+      const std::uint64_t leaf =
+          morton({undo(keys[i], 2) + (o >> 2), undo(keys[i], 1) + (o >> 1 & 1), undo(keys[i], 0) + (o & 1)});
+      leaves.insert(leaf);
+      leaves_of_group.insert(leaf);
+    }
   }
+  partials += leaves_of_group.size();
   constexpr std::size_t table_entry = 64;
   const std::size_t per_particle = (Particles::components + (with_kappa ? 1 : 0)) * sizeof(double) +
                                    sizeof(std::uint32_t) + sizeof(double) + 2 * sizeof(std::uint32_t) +
                                    1;  // state, then the buffers of a sort
   return {positions.size(), blocks, leaves.size(),
-          positions.size() * per_particle + blocks * (sizeof(Tile) + sizeof(CellRanges) + table_entry) +
+          positions.size() * per_particle + partials * block_cells * sizeof(Node) +
+              blocks * (sizeof(SparseGrid::Block) + sizeof(CellRanges) + table_entry) +
               leaves.size() * (block_cells * sizeof(Node) + sizeof(SparseGrid::Leaf) + table_entry)};
 }
 

@@ -218,6 +218,21 @@ HWY_INLINE void gather_nodes(const BlockView& block, Tile& nodes) {
       }
 }
 
+/// Adds what a block's particles gave to the group's sums.
+HWY_INLINE void add_tile(const Tile& tile, const BlockView& block) {
+  const NodeVector d;
+  constexpr int lanes = int(hn::MaxLanes(d));
+  for (int x = 0; x < tile_edge; ++x)
+    for (int y = 0; y < tile_edge; ++y)
+      for (int oz = 0; oz < 2; ++oz) {
+        const double* from = reinterpret_cast<const double*>(&tile[(x * tile_edge + y) * tile_edge + 4 * oz]);
+        double* to = reinterpret_cast<double*>(block.partial[(x >> 2) * 4 + (y >> 2) * 2 + oz] +
+                                               leaf_index(x & 3, y & 3, 0));
+        for (int n = 0; n < (oz ? tile_edge - 4 : 4) * 8; n += lanes)
+          hn::Store(hn::Load(d, to + n) + hn::Load(d, from + n), d, to + n);
+      }
+}
+
 /// Calls visit(first node of the cell in a tile, from, to) for the cells of particles [begin, end).
 template <class Visit>
 HWY_INLINE void for_each_cell(const BlockView& block, std::size_t begin, std::size_t end, Visit visit) {
@@ -242,13 +257,14 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
   constexpr bool plastic = model != Model::hencky;
   constexpr int stride_x = tile_edge * tile_edge, stride_y = tile_edge;
 
-  Tile nodes;
+  const std::size_t last = block.cell_begin[block_cells];
+  if (block.cell_begin[0] == last) return;
+  Tile nodes, tile;  // that the block reaches: to read, to write
   if constexpr (advancing) gather_nodes(block, nodes);
-  std::memset(static_cast<void*>(block.tile), 0, sizeof(Tile));
+  std::memset(static_cast<void*>(&tile), 0, sizeof(Tile));
 
   LaneSums<V> sums = zero_sums(d);
   Chunk chunk;
-  const std::size_t last = block.cell_begin[block_cells];
   for (std::size_t begin = block.cell_begin[0], end; begin < last; begin = end) {
     // As many whole cells as fit, or a part of one.
     end = *(std::upper_bound(block.cell_begin, block.cell_begin + block_cells + 1, begin + chunk_size) - 1);
@@ -346,10 +362,10 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
     // Particle to grid, cell by cell.
     asm volatile("" ::: "memory");  // see make_polynomial
     for_each_cell(block, begin, end, [&](int first_node, std::size_t from, std::size_t to) ANTICRACK_INLINE {
-      add_to_cell(chunk.giving, int(from - begin), int(to - begin), &(*block.tile)[first_node], stride_x,
-                  stride_y);
+      add_to_cell(chunk.giving, int(from - begin), int(to - begin), &tile[first_node], stride_x, stride_y);
     });
   }
+  add_tile(tile, block);
   reduce(d, sums, observe, result.sums);
 }
 
@@ -408,7 +424,7 @@ void advance_one(const StepConstants& c, const ParticlePointers& p, std::uint32_
 }
 
 inline void scatter_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
-                        const Index3& shift, Node* first, bool observe, ParticleSums& out) {
+                        const Index3& shift, Node nodes[27], bool observe, ParticleSums& out) {
   using V = OneParticle::V;
   const OneLane d;
   const OneParticle one(p, particle, shift);
@@ -416,7 +432,7 @@ inline void scatter_one(const StepConstants& c, const ParticlePointers& p, std::
   Giving<1> giving;
   give<true>(d, c, one.place, one.v, one.kappa, hn::FirstN(d, 1), hencky_strain(d, one.h), 0, giving, observe,
              sums);
-  add_to_cell(giving, 0, 1, first, tile_edge * tile_edge, tile_edge);
+  add_to_cell(giving, 0, 1, nodes, 9, 3);
   reduce(d, sums, observe, out);
 }
 

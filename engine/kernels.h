@@ -88,7 +88,7 @@ struct ParticlePointers {
 /// A block as the kernels see it.
 struct BlockView {
   const Node* leaf[8];  ///< nodes to read
-  Tile* tile;           ///< nodes to write
+  Node* partial[8];     ///< sums to add to
   const std::uint32_t*
       cell_begin;  ///< 65 entries: particles of cell c are [cell_begin[c], cell_begin[c + 1])
 };
@@ -107,12 +107,12 @@ struct Kernels {
   /// Lines 7-13 for one stray, whose true cell has the given 27 nodes and lies `shift` cells from its own.
   void (*advance_stray)(PassKind, const StepConstants&, const ParticlePointers&, std::uint32_t particle,
                         const Node nodes[27], const Index3& shift, BlockResult&);
-  /// Lines 2-4 for one stray: into its true cell, whose lowest node is `first` of a tile.
+  /// Lines 2-4 for one stray: adds to the 27 nodes of its true cell.
   void (*scatter_stray)(const StepConstants&, const ParticlePointers&, std::uint32_t particle,
-                        const Index3& shift, Node* first, bool observe, ParticleSums&);
-  /// Lines 2, 3 and 5 for one leaf: sums its tiles (nullptr where there is none) and updates the velocity.
+                        const Index3& shift, Node nodes[27], bool observe, ParticleSums&);
+  /// Lines 2, 3 and 5 for one leaf: adds its partial sums and updates the velocity.
   /// Returns the kinetic energy before and after [J].
-  std::array<double, 2> (*update_leaf)(double dt, const std::array<const Tile*, 8>& tiles, Node* nodes);
+  std::array<double, 2> (*update_leaf)(double dt, std::span<Node* const> partials, Node* nodes);
 
   /// Hencky strain of h = b - I: `strain` gets xx yy zz xy xz yz; NaN where b is not positive definite.
   void (*hencky)(std::span<const std::array<double, 6>> h, std::span<std::array<double, 6>> strain);

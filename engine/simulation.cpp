@@ -1,10 +1,12 @@
 #include "simulation.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <sstream>
 #include <utility>
 
@@ -69,7 +71,7 @@ void Simulation::step(bool observe) {
   phase_seconds_.walls += timer.lap();
   sort_if_due();
   phase_seconds_.sort += timer.lap();
-  advance_particles(c, observe);  // lines 7-13, and 2-4 of the next step
+  pass_over_blocks(c, kernels().advance_block, observe);  // lines 7-13, and 2-4 of the next step
   phase_seconds_.pass += timer.lap();
   advance_and_scatter_strays(c, observe);  // the same for those away from home
   phase_seconds_.strays += timer.lap();
@@ -108,29 +110,34 @@ std::array<double, 2> Simulation::update_grid_velocity(double dt) {
   std::vector<std::array<double, 2>> kinetic(grid_.leaves().size());
   tbb::parallel_for(std::size_t(0), kinetic.size(), [&](std::size_t l) {
     const SparseGrid::Leaf& leaf = grid_.leaves()[l];
-    std::array<const Tile*, 8> tiles;
-    for (int o = 0; o < 8; ++o)
-      tiles[o] = leaf.block[o] == SparseGrid::none ? nullptr : &grid_.tile(leaf.block[o]);
-    kinetic[l] = kernels().update_leaf(dt, tiles, leaf.nodes);
+    kinetic[l] = kernels().update_leaf(dt, leaf.partials(), leaf.nodes);
   });
   std::array<double, 2> sum{};
   for (const auto& k : kinetic) sum = {sum[0] + k[0], sum[1] + k[1]};
   return sum;
 }
 
-static BlockView view_of(SparseGrid& grid, const std::vector<CellRanges>& cells, std::size_t block) {
-  BlockView view{{}, &grid.tile(std::uint32_t(block)), cells[block].data()};
-  for (int o = 0; o < 8; ++o) view.leaf[o] = grid.leaves()[grid.blocks()[block].leaf[o]].nodes;
-  return view;
+BlockResult Simulation::pass_over_block(const StepConstants& c, BlockKernel kernel, std::size_t b,
+                                        bool observe) {
+  const SparseGrid::Block& block = grid_.blocks()[b];
+  BlockView view{{}, {}, cells_[b].data()};
+  for (int o = 0; o < 8; ++o) view.leaf[o] = grid_.leaves()[block.leaf[o]].nodes;
+  for (int o = 0; o < 8; ++o) view.partial[o] = block.partial[o];
+  BlockResult result;
+  kernel(kind_, c, ParticlePointers(particles_), view, observe, result);
+  return result;
 }
 
-void Simulation::advance_particles(const StepConstants& c, bool observe) {
-  const ParticlePointers pointers(particles_);
-  results_.assign(cells_.size(), {});
-  tbb::parallel_for(std::size_t(0), cells_.size(), [&](std::size_t b) {
-    kernels().advance_block(kind_, c, pointers, view_of(grid_, cells_, b), observe, results_[b]);
+void Simulation::pass_over_blocks(const StepConstants& c, BlockKernel kernel, bool observe) {
+  results_.resize(cells_.size());
+  tbb::parallel_for(std::size_t(0), grid_.groups().size(), [&](std::size_t g) {
+    const SparseGrid::Group& group = grid_.groups()[g];
+    for (Node* sums : group.partials) std::memset(static_cast<void*>(sums), 0, block_cells * sizeof(Node));
+    for (std::uint32_t b = group.first_block; b < group.last_block; ++b)
+      results_[b] = pass_over_block(c, kernel, b, observe);
   });
-  check_results(results_);
+  for (const BlockResult& result : results_)
+    if (result.failure) fail(result.failure->particle, result.failure->quantity);
 }
 
 void Simulation::advance_and_scatter_strays(const StepConstants& c, bool observe) {
@@ -142,16 +149,11 @@ void Simulation::advance_and_scatter_strays(const StepConstants& c, bool observe
 
 void Simulation::scatter_particles(std::span<const std::uint32_t> returned_strays) {
   const StepConstants c = constants(0);
-  const ParticlePointers pointers(particles_);
-  results_.assign(cells_.size(), {});
   // A stray that came home in the last step was scattered among the strays; keep it there.
   std::vector<double> place;
   for (const std::uint32_t i : returned_strays) place.push_back(std::exchange(particles_.s[0][i], 2.0));
-  tbb::parallel_for(std::size_t(0), cells_.size(), [&](std::size_t b) {
-    kernels().scatter_block(kind_, c, pointers, view_of(grid_, cells_, b), true, results_[b]);
-  });
+  pass_over_blocks(c, kernels().scatter_block, true);
   for (std::size_t n = 0; n < place.size(); ++n) particles_.s[0][returned_strays[n]] = place[n];
-  check_results(results_);
   sums_ = {};
   for (const BlockResult& result : results_) sums_.add(result.sums);
   collect_strays(results_);
@@ -167,6 +169,22 @@ void Simulation::collect_strays(std::span<BlockResult> results) {
   sort_debt_ += double(strays_.size());
 }
 
+/// Node k = 9 i + 3 j + l of a cell of a block: which of the leaves that the block reaches, and where there.
+struct NodeOfCell {
+  int leaf, node;
+  NodeOfCell(int cell, int k) {
+    const int x = (cell >> 4) + k / 9, y = (cell >> 2 & 3) + k / 3 % 3, z = (cell & 3) + k % 3;
+    leaf = (x >> 2) * 4 + (y >> 2) * 2 + (z >> 2);
+    node = leaf_index(x & 3, y & 3, z & 3);
+  }
+};
+
+static void add(const Node& from, Node& to) {
+  for (int a = 0; a < 3; ++a) to.velocity[a] += from.velocity[a];
+  to.mass += from.mass;
+  for (int a = 0; a < 3; ++a) to.increment[a] += from.increment[a];
+}
+
 ParticleSums Simulation::advance_strays(const StepConstants& c) {
   constexpr std::size_t chunk = 64;
   const ParticlePointers pointers(particles_);
@@ -178,42 +196,45 @@ ParticleSums Simulation::advance_strays(const StepConstants& c) {
       const SparseGrid::Block& block = grid_.blocks()[stray.block];
       Node nodes[27];
       for (int k = 0; k < 27; ++k) {
-        const int x = (stray.cell >> 4) + k / 9, y = (stray.cell >> 2 & 3) + k / 3 % 3,
-                  z = (stray.cell & 3) + k % 3;
-        const std::uint32_t leaf = block.leaf[(x >> 2) * 4 + (y >> 2) * 2 + (z >> 2)];
-        nodes[k] = grid_.leaves()[leaf].nodes[leaf_index(x & 3, y & 3, z & 3)];
+        const NodeOfCell at(stray.cell, k);
+        nodes[k] = grid_.leaves()[block.leaf[at.leaf]].nodes[at.node];
       }
       kernels().advance_stray(kind_, c, pointers, stray.particle, nodes, stray.shift, results[n]);
     }
   });
   ParticleSums sums;
-  check_results(results);
-  for (const BlockResult& result : results) sums.add(result.sums);
+  for (const BlockResult& result : results) {
+    if (result.failure) fail(result.failure->particle, result.failure->quantity);
+    sums.add(result.sums);
+  }
   return sums;
 }
 
 void Simulation::scatter_strays(const StepConstants& c, bool observe) {
   if (strays_.empty()) return;
-  // One task a block, its strays in order of particle: no two tasks write the same tile, and the order is
-  // always the same.
+  // One task a group, its strays in order of block and particle: no two tasks write the same sums, and the
+  // order is always the same.
   std::vector<std::uint32_t> order(strays_.size());
   for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+  tbb::parallel_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
     return std::tie(strays_[a].block, strays_[a].particle) < std::tie(strays_[b].block, strays_[b].particle);
   });
+  const auto group_of = [&](std::uint32_t i) { return strays_[order[i]].block / group_blocks; };
   std::vector<std::uint32_t> first;
   for (std::uint32_t i = 0; i < order.size(); ++i)
-    if (i == 0 || strays_[order[i]].block != strays_[order[i - 1]].block) first.push_back(i);
+    if (i == 0 || group_of(i) != group_of(i - 1)) first.push_back(i);
   first.push_back(std::uint32_t(order.size()));
   const ParticlePointers pointers(particles_);
   std::vector<ParticleSums> sums(first.size() - 1);
   tbb::parallel_for(std::size_t(0), sums.size(), [&](std::size_t n) {
     for (std::uint32_t i = first[n]; i < first[n + 1]; ++i) {
       const Stray& stray = strays_[order[i]];
-      Node* nodes = &grid_.tile(
-          stray
-              .block)[((stray.cell >> 4) * tile_edge + (stray.cell >> 2 & 3)) * tile_edge + (stray.cell & 3)];
+      Node nodes[27] = {};
       kernels().scatter_stray(c, pointers, stray.particle, stray.shift, nodes, observe, sums[n]);
+      for (int k = 0; k < 27; ++k) {
+        const NodeOfCell at(stray.cell, k);
+        add(nodes[k], grid_.blocks()[stray.block].partial[at.leaf][at.node]);
+      }
     }
   });
   for (const ParticleSums& s : sums) sums_.add(s);
@@ -247,11 +268,6 @@ void Simulation::check_walls() const {
               << " cells of each other; expected at least 3, so that they do not act on the same nodes";
       throw NumericalError(message.str());
     }
-}
-
-void Simulation::check_results(std::span<const BlockResult> results) const {
-  for (const BlockResult& result : results)
-    if (result.failure) fail(result.failure->particle, result.failure->quantity);
 }
 
 void Simulation::fail(std::uint32_t particle, const std::string& quantity) const {

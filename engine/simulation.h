@@ -91,14 +91,15 @@ class Simulation {
   StepConstants constants(double dt) const;
   std::array<double, 2> update_grid_velocity(double dt);
   void sort_if_due();
-  void advance_particles(const StepConstants& c, bool observe);
+  using BlockKernel = decltype(Kernels::advance_block);
+  BlockResult pass_over_block(const StepConstants& c, BlockKernel kernel, std::size_t block, bool observe);
+  void pass_over_blocks(const StepConstants& c, BlockKernel kernel, bool observe);
   void advance_and_scatter_strays(const StepConstants& c, bool observe);
   void scatter_particles(std::span<const std::uint32_t> returned_strays);
   void collect_strays(std::span<BlockResult> results);
   void scatter_strays(const StepConstants& c, bool observe);
   ParticleSums advance_strays(const StepConstants& c);
   void check_walls() const;
-  void check_results(std::span<const BlockResult> results) const;
   [[noreturn]] void fail(std::uint32_t particle, const std::string& quantity) const;
 
   SimulationSetup setup_;

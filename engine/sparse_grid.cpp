@@ -77,43 +77,53 @@ SparseGrid& SparseGrid::operator=(SparseGrid&&) noexcept = default;
 void SparseGrid::set_blocks(const std::vector<Index3>& origins) {
   const std::vector<Leaf> old_leaves = std::move(leaves_);
   blocks_.clear();
+  groups_.clear();
   leaves_.clear();
   block_at_.clear();
   leaf_at_.clear();
+  partials_ = 0;
   for (const Index3& origin : origins)
-    add_block(origin);  // their tiles are cleared by the next pass over particles
-  reserve_tiles(blocks_.size());
+    add_block(origin, false);  // the next pass over particles clears the sums
+  slabs_.resize((partials_ + slab_partials - 1) / slab_partials);
   for (const Leaf& leaf : old_leaves)
     if (find_leaf(leaf.origin) == none)
       delete tree_->tree.stealNode<NodeLeaf>(first_node(leaf.origin), Node{}, false);
 }
 
-std::uint32_t SparseGrid::add_block(const Index3& origin) {
+std::uint32_t SparseGrid::add_block(const Index3& origin, bool clear) {
   const auto block = std::uint32_t(blocks_.size());
+  const std::uint32_t group = block / group_blocks;
+  if (group == groups_.size()) groups_.push_back({block, block, {}});
+  groups_[group].last_block = block + 1;
   block_at_.emplace(origin, block);
-  blocks_.push_back({origin, {}});
-  reserve_tiles(blocks_.size());
+  blocks_.push_back({origin, {}, {}});
   for (int o = 0; o < 8; ++o) {
     const std::uint32_t leaf =
         find_or_add_leaf({origin[0] + (o >> 2), origin[1] + (o >> 1 & 1), origin[2] + (o & 1)});
     blocks_[block].leaf[o] = leaf;
-    leaves_[leaf].block[o] = block;
+    blocks_[block].partial[o] = find_or_add_partial(leaf, group, clear);
   }
   return block;
 }
 
-std::uint32_t SparseGrid::find_or_add_block(const Index3& origin) {
-  const std::uint32_t found = find_block(origin);
-  if (found != none) return found;
-  const std::uint32_t block = add_block(origin);
-  std::memset(static_cast<void*>(&tile(block)), 0, sizeof(Tile));
-  return block;
+Node* SparseGrid::find_or_add_partial(std::uint32_t l, std::uint32_t group, bool clear) {
+  Leaf& leaf = leaves_[l];
+  for (std::uint32_t n = leaf.groups; n-- > 0;)
+    if (leaf.group[n] == group) return leaf.partial[n];
+  if (partials_ == slabs_.size() * slab_partials)
+    slabs_.emplace_back(static_cast<Node*>(allocate_large(huge_page)));
+  Node* partial = slabs_[partials_ / slab_partials].get() + partials_ % slab_partials * block_cells;
+  ++partials_;
+  if (clear) std::memset(static_cast<void*>(partial), 0, block_cells * sizeof(Node));
+  leaf.partial[leaf.groups] = partial;
+  leaf.group[leaf.groups++] = group;
+  groups_[group].partials.push_back(partial);
+  return partial;
 }
 
-void SparseGrid::reserve_tiles(std::size_t blocks) {
-  const std::size_t slabs = (blocks + slab_tiles - 1) / slab_tiles;
-  while (tiles_.size() < slabs) tiles_.emplace_back(static_cast<Tile*>(allocate_large(huge_page)));
-  tiles_.resize(slabs);
+std::uint32_t SparseGrid::find_or_add_block(const Index3& origin) {
+  const std::uint32_t found = find_block(origin);
+  return found != none ? found : add_block(origin, true);
 }
 
 std::uint32_t SparseGrid::find_or_add_leaf(const Index3& origin) {
@@ -122,8 +132,7 @@ std::uint32_t SparseGrid::find_or_add_leaf(const Index3& origin) {
   if (!is_new) return leaf;
   NodeLeaf* node = tree_->tree.touchLeaf(first_node(origin));
   node->setValuesOn();
-  Leaf added{origin, node->buffer().data(), {}, {}};
-  added.block.fill(none);
+  Leaf added{origin, node->buffer().data(), {}, {}, {}};
   for (int face = 0; face < 6; ++face) {
     Index3 beyond = origin;
     beyond[face / 2] += face % 2 ? 1 : -1;
@@ -147,7 +156,7 @@ std::uint32_t SparseGrid::find_leaf(const Index3& origin) const {
 
 std::size_t SparseGrid::bytes() const {
   const std::size_t table_entry = sizeof(Index3) + 3 * sizeof(void*);
-  return tree_->tree.memUsage() + tiles_.size() * huge_page + blocks_.size() * (sizeof(Block) + table_entry) +
+  return tree_->tree.memUsage() + slabs_.size() * huge_page + blocks_.size() * (sizeof(Block) + table_entry) +
          leaves_.size() * (sizeof(Leaf) + table_entry);
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <unordered_map>
 #include <vector>
 
@@ -12,12 +13,12 @@
 
 namespace anticrack {
 
-/// One grid node, a cache line. Before the grid update a node of a tile holds {momentum, mass, force}; after
-/// it a node of a leaf holds {new velocity, mass, velocity increment}.
+/// One grid node, a cache line. Before the grid update a node of a tile or of a partial sum holds {momentum,
+/// mass, force}; after it a node of a leaf holds {new velocity, mass, velocity increment}.
 struct alignas(64) Node {
-  double velocity[3];   ///< [m/s]; momentum [kg m/s] in a tile
+  double velocity[3];   ///< [m/s]; momentum [kg m/s] in a sum
   double mass;          ///< [kg]
-  double increment[3];  ///< v^{n+1} - v^n [m/s]; force [N] in a tile
+  double increment[3];  ///< v^{n+1} - v^n [m/s]; force [N] in a sum
   double unused;        ///< fills the line
 };
 
@@ -33,23 +34,35 @@ constexpr int leaf_index(int x, int y, int z) {
   return (x * block_edge + y) * block_edge + z;
 }
 
+constexpr std::uint32_t group_blocks = 64;  ///< blocks that add to the same partial sums, one after the other
+
 /// The background grid: nodes live in the leaves (4^3) of an OpenVDB tree that exist only where a particle's
 /// stencil reaches.
 ///
-/// A *block* is 4^3 dual cells with the particles stored there; it scatters into a *tile* of its own (6^3
-/// nodes), so blocks run in parallel without atomics, and a leaf sums the at most 8 tiles that overlap it in
-/// a fixed order. All coordinates are integer node or dual-cell coordinates divided by 4.
+/// A *block* is 4^3 dual cells with the particles stored there. `group_blocks` blocks that follow each other
+/// are a *group*: it has partial sums of its own over the leaves that it reaches, so groups run in parallel
+/// without atomics, and a leaf adds its at most 8 partial sums in a fixed order. All coordinates are integer
+/// node or dual-cell coordinates divided by 4.
 class SparseGrid {
  public:
   struct Block {
     Index3 origin;                      ///< block coordinate: lowest dual cell / 4
-    std::array<std::uint32_t, 8> leaf;  ///< leaves that its tile overlaps, index 4 ox + 2 oy + oz
+    std::array<std::uint32_t, 8> leaf;  ///< leaves that its particles reach, index 4 ox + 2 oy + oz
+    std::array<Node*, 8> partial;       ///< the group's sums over them
   };
   struct Leaf {
     Index3 origin;                           ///< leaf coordinate: lowest node / 4
     Node* nodes;                             ///< the tree's own buffer
-    std::array<std::uint32_t, 8> block;      ///< blocks whose tile overlaps it (origin - o), or `none`
     std::array<std::uint32_t, 6> neighbour;  ///< leaf beyond face -x, +x, -y, +y, -z, +z, or `none`
+    std::array<Node*, 8> partial;            ///< sums of the groups that reach it, in order of first reach
+    std::array<std::uint32_t, 8> group;
+    std::uint32_t groups = 0;  ///< how many
+
+    std::span<Node* const> partials() const { return {partial.data(), groups}; }
+  };
+  struct Group {
+    std::uint32_t first_block, last_block;  ///< [first, last)
+    std::vector<Node*> partials;            ///< of all leaves that it reaches
   };
   static constexpr std::uint32_t none = ~std::uint32_t{0};
 
@@ -62,8 +75,7 @@ class SparseGrid {
   /// all others.
   void set_blocks(const std::vector<Index3>& origins);
 
-  /// The block at `origin`, activated with its leaves and an empty tile if it was not active. Not thread
-  /// safe.
+  /// The block at `origin`, activated with its leaves and empty sums if it was not active. Not thread safe.
   std::uint32_t find_or_add_block(const Index3& origin);
 
   std::uint32_t find_block(const Index3& origin) const;  ///< or `none`
@@ -71,10 +83,9 @@ class SparseGrid {
 
   const std::vector<Block>& blocks() const { return blocks_; }
   const std::vector<Leaf>& leaves() const { return leaves_; }
-  Tile& tile(std::uint32_t block) { return tiles_[block / slab_tiles].get()[block % slab_tiles]; }
-  const Tile& tile(std::uint32_t block) const { return tiles_[block / slab_tiles].get()[block % slab_tiles]; }
+  const std::vector<Group>& groups() const { return groups_; }
 
-  /// Bytes of leaves, tiles and tables.
+  /// Bytes of leaves, partial sums and tables.
   std::size_t bytes() const;
 
   /// Saves the nodal values as ordinary VDB grids `mass`, `velocity` and `velocity_increment`, active where
@@ -90,16 +101,18 @@ class SparseGrid {
       return x ^ (x >> 31);
     }
   };
-  std::uint32_t add_block(const Index3& origin);
-  void reserve_tiles(std::size_t blocks);
+  std::uint32_t add_block(const Index3& origin, bool clear);
+  Node* find_or_add_partial(std::uint32_t leaf, std::uint32_t group, bool clear);
   std::uint32_t find_or_add_leaf(const Index3& origin);
 
   struct Tree;  // hides OpenVDB
   std::unique_ptr<Tree> tree_;
   std::vector<Block> blocks_;
   std::vector<Leaf> leaves_;
-  static constexpr std::uint32_t slab_tiles = huge_page / sizeof(Tile);
-  std::vector<std::unique_ptr<Tile, FreeLarge>> tiles_;  ///< slabs
+  std::vector<Group> groups_;
+  static constexpr std::size_t slab_partials = huge_page / (block_cells * sizeof(Node));
+  std::vector<std::unique_ptr<Node, FreeLarge>> slabs_;  ///< memory of the partial sums
+  std::size_t partials_ = 0;                             ///< in use
   std::unordered_map<Index3, std::uint32_t, Key> block_at_, leaf_at_;
 };
 

@@ -7,7 +7,7 @@
 #endif
 
 #include <array>
-#include <cstring>
+#include <span>
 
 #include "transfer/grid_to_particles-inl.h"
 
@@ -16,24 +16,16 @@ namespace anticrack {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Sums the tiles over a leaf (lines 2, 3), then v += dt f / m (line 5). The order of the tiles is fixed.
-inline std::array<double, 2> update_leaf(double dt, const std::array<const Tile*, 8>& tiles, Node* nodes) {
+/// Adds the partial sums of a leaf (lines 2, 3), then v += dt f / m (line 5). Their order is fixed.
+inline std::array<double, 2> update_leaf(double dt, std::span<Node* const> partials, Node* nodes) {
   const NodeVector d;
-  constexpr int lanes = int(hn::MaxLanes(d));
-  std::memset(static_cast<void*>(nodes), 0, block_cells * sizeof(Node));
-  for (int o = 0; o < 8; ++o) {
-    if (!tiles[o]) continue;
-    // The tile of block (leaf - o) covers the nodes 4 o .. 5 of itself: all of the leaf's edge, or two nodes
-    // of it.
-    const int ox = o >> 2, oy = o >> 1 & 1, oz = o & 1;
-    for (int x = 0; x < (ox ? 2 : 4); ++x)
-      for (int y = 0; y < (oy ? 2 : 4); ++y) {
-        const double* from = reinterpret_cast<const double*>(
-            &(*tiles[o])[((x + 4 * ox) * tile_edge + y + 4 * oy) * tile_edge + 4 * oz]);
-        double* to = reinterpret_cast<double*>(&nodes[leaf_index(x, y, 0)]);
-        for (int n = 0; n < (oz ? 2 : 4) * 8; n += lanes)
-          hn::Store(hn::Load(d, to + n) + hn::Load(d, from + n), d, to + n);
-      }
+  constexpr int lanes = int(hn::MaxLanes(d)), numbers = block_cells * 8;
+  double* to = reinterpret_cast<double*>(nodes);
+  for (int n = 0; n < numbers; n += lanes) {
+    auto sum = hn::Load(d, reinterpret_cast<const double*>(partials[0]) + n);
+    for (std::size_t p = 1; p < partials.size(); ++p)
+      sum = sum + hn::Load(d, reinterpret_cast<const double*>(partials[p]) + n);
+    hn::Store(sum, d, to + n);
   }
   double before = 0, after = 0;
   for (int n = 0; n < block_cells; ++n) {

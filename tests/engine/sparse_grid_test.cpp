@@ -1,7 +1,10 @@
 #include "sparse_grid.h"
 
 #include <gtest/gtest.h>
+
 #include <openvdb/openvdb.h>
+#include <algorithm>
+#include <set>
 
 #include <filesystem>
 #include <limits>
@@ -26,15 +29,10 @@ TEST(SparseGrid, ActivatesTheLeavesThatABlockReaches) {
   EXPECT_EQ(grid.find_leaf({3, 0, 0}), SparseGrid::none);
 }
 
-TEST(SparseGrid, LinksLeavesWithBlocksAndNeighbours) {
+TEST(SparseGrid, LinksLeavesWithNeighbours) {
   SparseGrid grid;
   grid.set_blocks({{-5, 2, 7}, {-4, 2, 7}});
   for (const SparseGrid::Leaf& leaf : grid.leaves()) {
-    for (int o = 0; o < 8; ++o)
-      if (leaf.block[o] != SparseGrid::none) {
-        const Index3 b = grid.blocks()[leaf.block[o]].origin;
-        EXPECT_EQ(leaf.origin, (Index3{b[0] + (o >> 2), b[1] + (o >> 1 & 1), b[2] + (o & 1)}));
-      }
     for (int face = 0; face < 6; ++face)
       if (leaf.neighbour[face] != SparseGrid::none) {
         Index3 beyond = leaf.origin;
@@ -42,6 +40,35 @@ TEST(SparseGrid, LinksLeavesWithBlocksAndNeighbours) {
         EXPECT_EQ(grid.leaves()[leaf.neighbour[face]].origin, beyond);
       }
   }
+}
+
+TEST(SparseGrid, EveryBlockOfAGroupAddsToTheGroupsSumsOverItsLeaves) {
+  std::vector<Index3> origins;
+  for (int n = 0; n < 150; ++n) origins.push_back({n % 5, n / 5 % 5, n / 25});
+  SparseGrid grid;
+  grid.set_blocks({origins.begin(), origins.end() - 10});
+  for (const Index3& later : std::vector<Index3>(origins.end() - 10, origins.end()))
+    grid.find_or_add_block(later);
+  ASSERT_EQ(grid.groups().size(), 3u);
+  std::set<Node*> all;
+  for (std::uint32_t b = 0; b < 150; ++b) {
+    const SparseGrid::Block& block = grid.blocks()[b];
+    for (int o = 0; o < 8; ++o) {
+      const SparseGrid::Leaf& leaf = grid.leaves()[block.leaf[o]];
+      const Index3& at = block.origin;
+      EXPECT_EQ(leaf.origin, (Index3{at[0] + (o >> 2), at[1] + (o >> 1 & 1), at[2] + (o & 1)}));
+      const auto partials = leaf.partials();
+      const auto found = std::find(partials.begin(), partials.end(), block.partial[o]);
+      ASSERT_NE(found, partials.end());
+      EXPECT_EQ(leaf.group[found - partials.begin()], b / group_blocks);
+      all.insert(block.partial[o]);
+    }
+  }
+  std::size_t of_groups = 0, of_leaves = 0;
+  for (const SparseGrid::Group& group : grid.groups()) of_groups += group.partials.size();
+  for (const SparseGrid::Leaf& leaf : grid.leaves()) of_leaves += leaf.partials().size();
+  EXPECT_EQ(of_groups, all.size());  // one for each leaf and group, none shared
+  EXPECT_EQ(of_leaves, all.size());
 }
 
 TEST(SparseGrid, ReleasesLeavesThatNoParticleReaches) {
