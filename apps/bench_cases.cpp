@@ -55,7 +55,8 @@ BenchCase of_count(double count) {
 /// `yielding` false: the same with the paper's cohesion.
 BenchCase sheared(bool yielding) {
   BenchCase c = full_block("yielding", yielding ? 1 : 0, 100);
-  if (yielding) c.setup.material.plasticity = DruckerPragerSoftening{0, 0, 1e6};
+  if (!yielding) return c;
+  c.setup.material.plasticity = DruckerPragerSoftening{0, 0, 1e6};
   const double rate = 10;
   for (const Vec3& x : c.positions) c.velocities.push_back({rate * x[1], 0, 0});
   return c;

@@ -72,7 +72,7 @@ void permute_all(Particles& particles, const std::vector<std::uint32_t>& order) 
   AlignedArray buffer(particles.count);
   for (AlignedArray* array : particles.arrays()) permute(*array, buffer, order);
   std::vector<std::uint32_t> id(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) id[i] = particles.id[order[i]];
+  tbb::parallel_for(std::size_t(0), order.size(), [&](std::size_t i) { id[i] = particles.id[order[i]]; });
   particles.id = std::move(id);
 }
 
@@ -158,7 +158,7 @@ void locate_strays(std::span<const std::uint32_t> listed, std::uint32_t block, c
 
 void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid,
                     std::vector<CellRanges>& cells) {
-  std::sort(strays.begin(), strays.end(), [](const Stray& a, const Stray& b) {
+  tbb::parallel_sort(strays.begin(), strays.end(), [](const Stray& a, const Stray& b) {
     return std::tie(a.block, a.cell, a.particle) < std::tie(b.block, b.cell, b.particle);
   });
   std::vector<char> leaves_cell(particles.count, 0);
@@ -182,7 +182,7 @@ void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid
   std::vector<Kept> kept;
   for (std::uint32_t b = 0; b < old_blocks; ++b)
     if (count[b] > 0) kept.push_back({block_key(grid.blocks()[b].origin), b, 0});
-  std::sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) { return a.key < b.key; });
+  tbb::parallel_sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) { return a.key < b.key; });
   std::uint32_t begin = 0;
   for (Kept& k : kept) {
     k.begin = begin;

@@ -2,6 +2,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "errors.h"
@@ -75,6 +76,9 @@ SparseGrid::SparseGrid(SparseGrid&&) noexcept = default;
 SparseGrid& SparseGrid::operator=(SparseGrid&&) noexcept = default;
 
 void SparseGrid::set_blocks(const std::vector<Index3>& origins) {
+  if (std::equal(origins.begin(), origins.end(), blocks_.begin(), blocks_.end(),
+                 [](const Index3& origin, const Block& block) { return origin == block.origin; }))
+    return;
   const std::vector<Leaf> old_leaves = std::move(leaves_);
   blocks_.clear();
   groups_.clear();

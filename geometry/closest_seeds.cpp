@@ -44,8 +44,9 @@ Seed unpack(std::uint32_t word) {
 
 ClosestSeeds::ClosestSeeds(const PaddedField& field)
     : points_(field.points), layout_{field.points, {}}, packed_(field.values.size(), 0) {
-  start_ring(field);
-  for (int ring = 2; ring <= rings; ++ring) grow_ring(ring);
+  std::vector<Plane> frontier(std::size_t(points_[2] + 2 * padding));
+  start_ring(field, frontier);
+  for (int ring = 2; ring <= rings; ++ring) frontier = grow_ring(ring, frontier);
 }
 
 ClosestSeeds::Choice ClosestSeeds::at(int i, int j, int k) const {
@@ -94,7 +95,7 @@ std::optional<ClosestSeeds::Offset> ClosestSeeds::neighbour(const Index3& point,
 
 // Lattice points of the box with a neighbour on the other side of the surface. They step along the gradient,
 // but no farther than to the nearest crossing of a lattice edge, which they take where the gradient misleads.
-void ClosestSeeds::start_ring(const PaddedField& field) {
+void ClosestSeeds::start_ring(const PaddedField& field, std::vector<Plane>& found) {
   const std::array<std::ptrdiff_t, 3> stride = {1, std::ptrdiff_t(layout_.row_stride()),
                                                 std::ptrdiff_t(layout_.plane_stride())};
   tbb::parallel_for(0, points_[2], [&](int k) {
@@ -126,19 +127,36 @@ void ClosestSeeds::start_ring(const PaddedField& field) {
           seed.offset[axis] = std::clamp(int(std::lround(step[axis] / unit)), lower, upper);
         }
         packed_[offset] = pack(seed);
+        found[std::size_t(k + padding)].push_back(in_plane(i, j));
       }
     }
   });
 }
 
-// Points without a seed take the nearest of their neighbours' seeds from the rings before. Threads read words
-// that others may be writing, but overlook those of this ring, so the result does not depend on who is first.
-void ClosestSeeds::grow_ring(int ring) {
-  tbb::parallel_for(-padding, points_[2] + padding, [&](int k) {
-    for (int j = -padding; j < points_[1] + padding; ++j) {
+std::uint32_t ClosestSeeds::in_plane(int i, int j) const {
+  return std::uint32_t(std::size_t(j + padding) * layout_.row_stride() + std::size_t(i + padding));
+}
+
+// Points without a seed beside the points of the ring before take the nearest of their neighbours' seeds.
+// Threads read words that others may be writing, but overlook those of this ring, so the result does not
+// depend on who is first.
+std::vector<ClosestSeeds::Plane> ClosestSeeds::grow_ring(int ring, const std::vector<Plane>& frontier) {
+  std::vector<Plane> found(frontier.size());
+  const int width = int(layout_.row_stride()), height = points_[1] + 2 * padding;
+  tbb::parallel_for(0, int(frontier.size()), [&](int plane) {
+    std::vector<bool> beside(layout_.plane_stride());
+    for (int other = std::max(plane - 1, 0); other <= std::min(plane + 1, int(frontier.size()) - 1); ++other)
+      for (const std::uint32_t at : frontier[std::size_t(other)]) {
+        const int i = int(at) % width, j = int(at) / width;
+        for (int y = std::max(j - 1, 0); y <= std::min(j + 1, height - 1); ++y)
+          for (int x = std::max(i - 1, 0); x <= std::min(i + 1, width - 1); ++x)
+            beside[std::size_t(y) * std::size_t(width) + std::size_t(x)] = true;
+      }
+    const int k = plane - padding;
+    for (int j = -padding; j < points_[1] + padding; ++j)
       for (int i = -padding; i < points_[0] + padding; ++i) {
         const std::size_t offset = layout_.offset(i, j, k);
-        if (load(offset) != 0) continue;
+        if (!beside[in_plane(i, j)] || load(offset) != 0) continue;
         Offset best{{}, std::numeric_limits<int>::max()};
         for (int dk = -1; dk <= 1; ++dk)
           for (int dj = -1; dj <= 1; ++dj)
@@ -148,9 +166,10 @@ void ClosestSeeds::grow_ring(int ring) {
                 best = *seed;
         if (best.squared > square(largest_offset)) continue;
         std::atomic_ref(packed_[offset]).store(pack({best.way, ring}), std::memory_order_relaxed);
+        found[std::size_t(plane)].push_back(in_plane(i, j));
       }
-    }
   });
+  return found;
 }
 
 std::uint32_t ClosestSeeds::load(std::size_t offset) const {

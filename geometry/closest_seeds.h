@@ -31,8 +31,12 @@ class ClosestSeeds {
     int squared;  // its length squared
   };
 
-  void start_ring(const PaddedField& field);
-  void grow_ring(int ring);
+  using Plane =
+      std::vector<std::uint32_t>;  // points of a plane of the padded lattice: i + width j from its corner
+
+  void start_ring(const PaddedField& field, std::vector<Plane>& found);
+  std::vector<Plane> grow_ring(int ring, const std::vector<Plane>& frontier);
+  std::uint32_t in_plane(int i, int j) const;
   std::optional<Offset> neighbour(const Index3& point, const Index3& step, int last_ring) const;
   std::uint32_t load(std::size_t offset) const;
 
