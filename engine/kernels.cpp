@@ -5,7 +5,11 @@
 #include <type_traits>
 
 // AVX-512, AVX2, and a plain path for any other CPU; what lies between would only lengthen the build.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)  // minutes for each
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL | HWY_AVX3)
+#else
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
+#endif
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels.cpp"
 #include <hwy/foreach_target.h>
