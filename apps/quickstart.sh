@@ -15,7 +15,7 @@ say() { printf '== [%d min %02d s] %s\n' $((SECONDS / 60)) $((SECONDS % 60)) "$*
 say "Packages: a minute or two if any are missing"
 install_packages "${build_packages[@]}"
 
-say "Building $anticrack: about five minutes on two cores the first time"
+say "Building $anticrack: about six minutes on two cores the first time"
 tests=()
 [ -f build/release/CMakeCache.txt ] || tests=(-DANTICRACK_TESTS=OFF)
 cmake --preset release "${tests[@]}" --log-level=WARNING
