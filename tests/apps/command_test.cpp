@@ -107,6 +107,20 @@ TEST(Command, GeneratesWhatInfoTellsAndDoesNotOverwriteIt) {
   EXPECT_TRUE(contains(info.text, "seed = 1")) << info.text;
 }
 
+TEST(Command, BenchReportsWhatScriptsReadAndLeavesNothingBehind) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.write("scene.toml", example_scene).string();
+  const Outcome outcome = run("bench " + scene + " --rounds 1 --steps 2 --threads 1 --json");
+  ASSERT_EQ(outcome.status, 0) << outcome.text;
+  for (const char* key :
+       {"particles", "threads", "particle_steps_per_second", "seconds_per_step", "bytes_per_particle",
+        "phases", "precision", "simd", "share_of_compute_bound", "plain_step_seconds_per_particle"})
+    EXPECT_TRUE(contains(outcome.text, std::string(1, '"').append(key).append("\":")))
+        << key << " in " << outcome.text;
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
+  EXPECT_EQ(run("bench --set sample.resolution=10").status, 2);
+}
+
 TEST(Command, ExitsWithFourOnADamagedFile) {
   const TemporaryFolder folder;
   const std::string file = folder.write("damaged.vdb", "this is no OpenVDB file").string();
