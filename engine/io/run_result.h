@@ -38,7 +38,7 @@ struct RunResult {
 
   std::uint64_t particles = 0;
   std::int64_t steps = 0;
-  double wall_seconds = 0;                     ///< [s] of all sessions of the run
+  double wall_seconds = 0;                     ///< [s] of the whole run, resumed or not
   double particle_steps_per_second = 0;        ///< [1/s]
   double solid_fraction_achieved = 0;          ///< at the start [-]
   std::optional<double> solid_fraction_asked;  ///< [-]; none for a scan
