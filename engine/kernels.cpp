@@ -17,6 +17,7 @@
 #include <hwy/highway.h>
 
 #include "advance_particles-inl.h"
+#include "advance_stray-inl.h"
 #include "update_leaf-inl.h"
 
 HWY_BEFORE_NAMESPACE();

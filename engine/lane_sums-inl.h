@@ -8,12 +8,21 @@
 
 #include <hwy/highway.h>
 
+#include <cmath>
+
 #include "kernels.h"
+#include "material/hencky-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace anticrack {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+
+/// psi = K/2 (tr eps)^2 + mu |dev eps|^2, Eq. 6.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V energy_density(D d, const MaterialConstants& m, V trace, V norm) {
+  return hn::MulAdd(hn::Set(d, 0.5 * m.bulk_modulus) * trace, trace, hn::Set(d, m.mu) * norm * norm);
+}
 
 /// ParticleSums with a vector for each number.
 template <class V>
@@ -26,6 +35,39 @@ template <class D, class V = hn::Vec<D>>
 HWY_INLINE LaneSums<V> zero_sums(D d) {
   const V z = hn::Zero(d);
   return {z, z, z, z, z, {z, z, z, z, z, z}, z, {z, z, z, z, z, z}, z, z, z};
+}
+
+/// What the time step and the energy balance ask of every step.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void add_speed_and_compression(D d, const MaterialConstants& m, const V (&v)[3], V trace, V norm,
+                                          LaneSums<V>& sums) {
+  const V speed_squared = hn::MulAdd(v[0], v[0], hn::MulAdd(v[1], v[1], v[2] * v[2]));
+  // p + 2/3 q, q = sqrt(3/2) |dev tau| = sqrt6 mu |dev eps|
+  const V compression =
+      hn::MulSub(hn::Set(d, 2.0 / 3.0 * std::sqrt(6.0) * m.mu), norm, hn::Set(d, m.bulk_modulus) * trace);
+  sums.speed_squared = sums.speed_squared + speed_squared;
+  sums.max_speed_squared = hn::Max(sums.max_speed_squared, speed_squared);
+  sums.max_compression = hn::Max(sums.max_compression, compression);
+}
+
+/// What the observables need; zero in lanes that do not count.
+template <class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
+HWY_INLINE void add_averages(D d, const MaterialConstants& m, const HenckyStrain<V>& strain, V J, M plastic,
+                             LaneSums<V>& sums) {
+  const V minus_p = hn::Set(d, m.bulk_modulus) * strain.trace, two_mu = hn::Set(d, 2 * m.mu);
+  const Symmetric<V>& dev = strain.deviator;
+  const V tau[6] = {hn::MulAdd(two_mu, dev.xx, minus_p),
+                    hn::MulAdd(two_mu, dev.yy, minus_p),
+                    hn::MulAdd(two_mu, dev.zz, minus_p),
+                    two_mu * dev.xy,
+                    two_mu * dev.xz,
+                    two_mu * dev.yz};
+  for (int e = 0; e < 6; ++e) sums.tau[e] = sums.tau[e] + tau[e];
+  for (int e = 0; e < 6; ++e) sums.tau_J[e] = hn::MulAdd(tau[e], J, sums.tau_J[e]);
+  sums.q = hn::MulAdd(hn::Set(d, std::sqrt(6.0) * m.mu), strain.norm, sums.q);
+  sums.J = sums.J + J;
+  sums.elastic_energy = sums.elastic_energy + energy_density(d, m, strain.trace, strain.norm);
+  sums.plastic = sums.plastic + hn::IfThenElseZero(plastic, hn::Set(d, 1.0));
 }
 
 template <class D, class V = hn::Vec<D>>

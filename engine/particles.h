@@ -1,12 +1,11 @@
 #pragma once
 
+#include <hwy/aligned_allocator.h>
+
 #include <algorithm>
 #include <cstdint>
-#include <memory>
-#include <span>
+#include <new>
 #include <vector>
-
-#include "large_memory.h"
 
 namespace anticrack {
 
@@ -23,13 +22,14 @@ class AlignedArray {
 
  private:
   static constexpr std::size_t tail = 8;
-  static double* allocate(std::size_t size) {
-    auto* p = static_cast<double*>(allocate_large((size + tail) * sizeof(double)));
-    std::fill_n(p, size + tail, 0.0);
-    return p;
+  static hwy::AlignedFreeUniquePtr<double[]> allocate(std::size_t size) {
+    auto data = hwy::AllocateAligned<double>(size + tail);
+    if (!data) throw std::bad_alloc();
+    std::fill_n(data.get(), size + tail, 0.0);
+    return data;
   }
   std::size_t size_ = 0;
-  std::unique_ptr<double[], FreeLarge> data_;
+  hwy::AlignedFreeUniquePtr<double[]> data_;
 };
 
 /// State of the particles: one array a component, 13 doubles a particle (12 without plasticity).

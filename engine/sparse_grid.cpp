@@ -114,8 +114,10 @@ Node* SparseGrid::find_or_add_partial(std::uint32_t l, std::uint32_t group, bool
   Leaf& leaf = leaves_[l];
   for (std::uint32_t n = leaf.groups; n-- > 0;)
     if (leaf.group[n] == group) return leaf.partial[n];
-  if (partials_ == slabs_.size() * slab_partials)
-    slabs_.emplace_back(static_cast<Node*>(allocate_large(huge_page)));
+  if (partials_ == slabs_.size() * slab_partials) {
+    slabs_.push_back(hwy::AllocateAligned<Node>(slab_partials * block_cells));
+    if (!slabs_.back()) throw std::bad_alloc();
+  }
   Node* partial = slabs_[partials_ / slab_partials].get() + partials_ % slab_partials * block_cells;
   ++partials_;
   if (clear) std::memset(static_cast<void*>(partial), 0, block_cells * sizeof(Node));
@@ -160,8 +162,8 @@ std::uint32_t SparseGrid::find_leaf(const Index3& origin) const {
 
 std::size_t SparseGrid::bytes() const {
   const std::size_t table_entry = sizeof(Index3) + 3 * sizeof(void*);
-  return tree_->tree.memUsage() + slabs_.size() * huge_page + blocks_.size() * (sizeof(Block) + table_entry) +
-         leaves_.size() * (sizeof(Leaf) + table_entry);
+  return tree_->tree.memUsage() + slabs_.size() * slab_partials * block_cells * sizeof(Node) +
+         blocks_.size() * (sizeof(Block) + table_entry) + leaves_.size() * (sizeof(Leaf) + table_entry);
 }
 
 void SparseGrid::write_vdb(const std::filesystem::path& file, double dx, const Vec3& offset) const {

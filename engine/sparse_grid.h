@@ -1,5 +1,7 @@
 #pragma once
 
+#include <hwy/aligned_allocator.h>
+
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -8,7 +10,6 @@
 #include <unordered_map>
 #include <vector>
 
-#include "large_memory.h"
 #include "vec3.h"
 
 namespace anticrack {
@@ -110,9 +111,9 @@ class SparseGrid {
   std::vector<Block> blocks_;
   std::vector<Leaf> leaves_;
   std::vector<Group> groups_;
-  static constexpr std::size_t slab_partials = huge_page / (block_cells * sizeof(Node));
-  std::vector<std::unique_ptr<Node, FreeLarge>> slabs_;  ///< memory of the partial sums
-  std::size_t partials_ = 0;                             ///< in use
+  static constexpr std::size_t slab_partials = 512;
+  std::vector<hwy::AlignedFreeUniquePtr<Node[]>> slabs_;  ///< memory of the partial sums
+  std::size_t partials_ = 0;                              ///< in use
   std::unordered_map<Index3, std::uint32_t, Key> block_at_, leaf_at_;
 };
 

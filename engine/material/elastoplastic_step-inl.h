@@ -15,12 +15,6 @@ namespace anticrack {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// psi = K/2 (tr eps)^2 + mu |dev eps|^2, Eq. 6.
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE V energy_density(D d, const MaterialConstants& m, V trace, V norm) {
-  return hn::MulAdd(hn::Set(d, 0.5 * m.bulk_modulus) * trace, trace, hn::Set(d, m.mu) * norm * norm);
-}
-
 /// Line 7 in b: b_tr = (I + L) b (I + L)^T, and with M = L b: h_tr = h + M + M^T + M L^T. With L = 0 it is h,
 /// to the bit. `inverted` gets the lanes where det(I + L) is not positive.
 template <class D, class V = hn::Vec<D>, class M = hn::Mask<D>>

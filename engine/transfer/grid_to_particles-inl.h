@@ -29,12 +29,14 @@ struct alignas(64) CellPolynomial {
   double coefficient[27][8];
 };
 
-/// Quadratic B-splines on one axis: f(s) = (f0 + f1)/2 + (f1 - f0) s + (f0 - 2 f1 + f2) s^2/2.
+/// Quadratic B-splines on one axis: f(s) = (f0 + f1)/2 + (f1 - f0) s + (f0 - 2 f1 + f2) s^2/2. Nodal values
+/// in, coefficients out.
 template <class V>
-HWY_INLINE void to_polynomial(V half, V f0, V f1, V f2, V& a0, V& a1, V& a2) {
-  a1 = f1 - f0;
-  a0 = hn::MulAdd(half, a1, f0);
-  a2 = (f2 - f1) - a1;
+HWY_INLINE void to_polynomial(V half, V& f0, V& f1, V& f2) {
+  const V slope = f1 - f0;
+  f2 = (f2 - f1) - slope;
+  f0 = hn::MulAdd(half, slope, f0);
+  f1 = slope;
 }
 
 /// `nodes` points to the lowest node of the cell; strides in nodes, z contiguous. Only the first `channels`
@@ -45,30 +47,20 @@ HWY_INLINE void make_polynomial(const Node* nodes, int stride_x, int stride_y, C
   const auto half = hn::Set(d, 0.5);
   constexpr int lanes = int(hn::MaxLanes(d));
   for (int part = 0; part < channels; part += lanes) {
-    for (int i = 0; i < 3; ++i) {
-      hn::Vec<NodeVector> f[3][3];  // along y, z; then coefficients of z; then of y, z
+    hn::Vec<NodeVector> f[3][3][3];  // nodal values, then coefficients, along x, y, z
+    for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
         const double* row = reinterpret_cast<const double*>(nodes + i * stride_x + j * stride_y) + part;
-        to_polynomial(half, hn::Load(d, row), hn::Load(d, row + 8), hn::Load(d, row + 16), f[j][0], f[j][1],
-                      f[j][2]);
+        for (int k = 0; k < 3; ++k) f[i][j][k] = hn::Load(d, row + 8 * k);
+        to_polynomial(half, f[i][j][0], f[i][j][1], f[i][j][2]);
       }
+    for (int i = 0; i < 3; ++i)
+      for (int c = 0; c < 3; ++c) to_polynomial(half, f[i][0][c], f[i][1][c], f[i][2][c]);
+    for (int b = 0; b < 3; ++b)
       for (int c = 0; c < 3; ++c) {
-        hn::Vec<NodeVector> a0, a1, a2;
-        to_polynomial(half, f[0][c], f[1][c], f[2][c], a0, a1, a2);
-        hn::Store(a0, d, out.coefficient[9 * i + c] + part);
-        hn::Store(a1, d, out.coefficient[9 * i + 3 + c] + part);
-        hn::Store(a2, d, out.coefficient[9 * i + 6 + c] + part);
+        to_polynomial(half, f[0][b][c], f[1][b][c], f[2][b][c]);
+        for (int a = 0; a < 3; ++a) hn::Store(f[a][b][c], d, out.coefficient[9 * a + 3 * b + c] + part);
       }
-    }
-    for (int bc = 0; bc < 9; ++bc) {
-      hn::Vec<NodeVector> a0, a1, a2;
-      to_polynomial(half, hn::Load(d, out.coefficient[bc] + part),
-                    hn::Load(d, out.coefficient[9 + bc] + part), hn::Load(d, out.coefficient[18 + bc] + part),
-                    a0, a1, a2);
-      hn::Store(a0, d, out.coefficient[bc] + part);
-      hn::Store(a1, d, out.coefficient[9 + bc] + part);
-      hn::Store(a2, d, out.coefficient[18 + bc] + part);
-    }
   }
   // Else GCC forwards these stores to the broadcast loads that follow as shuffles.
   asm volatile("" ::: "memory");

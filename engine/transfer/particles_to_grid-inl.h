@@ -9,7 +9,6 @@
 
 #include <type_traits>
 
-#include "bspline.h"
 #include "material/hencky-inl.h"
 #include "transfer/grid_to_particles-inl.h"
 
@@ -18,21 +17,21 @@ namespace anticrack {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// What `size` particles give to the grid; momentum, mass and tractions turned so that a particle's numbers
-/// lie as a node's do. Weights and their slopes by s only of the outer nodes, 0 and 2: those of the three
-/// nodes of an axis add up to 1 and to 0.
+/// What `size` particles contribute to the grid: momentum, mass and tractions turned so that a particle's
+/// numbers lie as a node's do. Weights and their slopes by s only of the outer nodes, 0 and 2: those of the
+/// three nodes of an axis add up to 1 and to 0.
 template <int size>
-struct alignas(64) Giving {
+struct alignas(64) Contributions {
   double w[3][2][size], dw[3][2][size];  ///< [axis][lower, upper node] of each particle
   double carried[size][4];               ///< momentum, mass
   double traction[3][size][4];           ///< columns x, y, z of -V0 tau / dx, fourth number 0
 };
 
-/// Notes the lanes of a batch as particles `first`, `first` + 1, ... Lanes that take no part have s,
-/// momentum, mass and t zero.
+/// Stores what the lanes of a batch contribute, as particles `first`, `first` + 1, ... Lanes that take no
+/// part have s, momentum, mass and t zero.
 template <class D, int size, class V = hn::Vec<D>>
-HWY_INLINE void note_giving(D d, const V (&s)[3], const V (&momentum)[3], V mass, const Symmetric<V>& t,
-                            int first, Giving<size>& g) {
+HWY_INLINE void store_contributions(D d, const V (&s)[3], const V (&momentum)[3], V mass,
+                                    const Symmetric<V>& t, int first, Contributions<size>& g) {
   const V one = hn::Set(d, 1.0), half = hn::Set(d, 0.5), zero = hn::Zero(d);
   for (int a = 0; a < 3; ++a) {  // QuadraticBSpline
     const V rest = one - s[a];
@@ -60,7 +59,7 @@ HWY_INLINE void split_middle(V low, V& middle, V high) {
 /// pieces of the vector's width, or to the whole line. Node (i, j, k) gets wz_k P_j + wz'_k Q_j with P_j =
 /// wy_j (wx_i carried + wx'_i T_x) + wy'_j wx_i T_y, Q_j = wy_j wx_i T_z.
 template <bool carries, bool pulls, int size, class D>
-HWY_INLINE void add_to_nodes(D d, const Giving<size>& g, int begin, int end, int offset, Node* nodes,
+HWY_INLINE void add_to_nodes(D d, const Contributions<size>& g, int begin, int end, int offset, Node* nodes,
                              int stride_x, int stride_y) {
   using V = hn::Vec<D>;
   const auto carried = [&](int p) HWY_ATTR {
@@ -145,7 +144,7 @@ HWY_INLINE void add_to_nodes(D d, const Giving<size>& g, int begin, int end, int
 
 /// Lines 2-4 of Algorithm 1 for particles [begin, end), all of one cell, whose lowest node is `nodes`.
 template <int size>
-HWY_INLINE void add_to_cell(const Giving<size>& g, int begin, int end, Node* nodes, int stride_x,
+HWY_INLINE void add_to_cell(const Contributions<size>& g, int begin, int end, Node* nodes, int stride_x,
                             int stride_y) {
   const NodeVector d;
   constexpr int width = int(hn::MaxLanes(d));
