@@ -1,5 +1,6 @@
 #include "bench_cases.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -32,22 +33,22 @@ BenchCase level_cut(std::string series, double value, double phi) {
   return {std::move(series), value, setup_of(scene, *scene.lattice), load_sample(scene).positions};
 }
 
-/// The paper's sample side by side until there are `count` particles, or a corner of it.
+/// The paper's sample side by side until there are `count` particles, or a cube cut from its corner.
 BenchCase of_count(double count) {
   BenchCase one = level_cut("particles", count, 0.44);
   const double copies = count / double(one.positions.size());
   Index3 n{1, 1, 1};
   for (int a = 0; double(n[0]) * n[1] * n[2] < copies; a = (a + 1) % 3) ++n[a];
+  const double edge = std::min(1.0, std::cbrt(copies));
   std::vector<Vec3> x;
   x.reserve(std::size_t(count));
-  const double height = copies < 1 ? copies : 1;
   for (int i = 0; i < n[0]; ++i)
     for (int j = 0; j < n[1]; ++j)
       for (int k = 0; k < n[2]; ++k)
         for (const Vec3& p : one.positions)
-          if (p[1] < height && double(x.size()) < count) x.push_back(p + Vec3(i, j, k));
+          if (p.maxCoeff() < edge && double(x.size()) < count) x.push_back(p + Vec3(i, j, k));
   one.positions = std::move(x);
-  one.setup.box_size = Vec3(n[0], copies < 1 ? std::max(height, 0.1) : n[1], n[2]);
+  one.setup.box_size = edge * Vec3(n[0], n[1], n[2]);
   return one;
 }
 

@@ -24,28 +24,15 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// Twelve chains hide the latency of two multiply-add pipes. Returns how many lane operations it did.
 double multiply_add(std::size_t rounds, double& result) {
   const hn::CappedTag<double, 8> d;
+  constexpr int chains = 12;
   const auto a = hn::Set(d, 0.999999), b = hn::Set(d, 1e-9);
+  hn::Vec<decltype(d)> x[chains];
   // Different, or the compiler makes one chain of them.
-  const auto chain = [&](int n) HWY_ATTR { return hn::Iota(d, result + 10 * n); };
-  auto x0 = chain(0), x1 = chain(1), x2 = chain(2), x3 = chain(3), x4 = chain(4), x5 = chain(5),
-       x6 = chain(6), x7 = chain(7), x8 = chain(8), x9 = chain(9), x10 = chain(10), x11 = chain(11);
-  for (std::size_t i = 0; i < rounds; ++i) {
-    x0 = hn::MulAdd(x0, a, b);
-    x1 = hn::MulAdd(x1, a, b);
-    x2 = hn::MulAdd(x2, a, b);
-    x3 = hn::MulAdd(x3, a, b);
-    x4 = hn::MulAdd(x4, a, b);
-    x5 = hn::MulAdd(x5, a, b);
-    x6 = hn::MulAdd(x6, a, b);
-    x7 = hn::MulAdd(x7, a, b);
-    x8 = hn::MulAdd(x8, a, b);
-    x9 = hn::MulAdd(x9, a, b);
-    x10 = hn::MulAdd(x10, a, b);
-    x11 = hn::MulAdd(x11, a, b);
-  }
-  const auto sum = ((x0 + x1) + (x2 + x3)) + ((x4 + x5) + (x6 + x7)) + ((x8 + x9) + (x10 + x11));
-  result += hn::GetLane(hn::SumOfLanes(d, sum));
-  return 12.0 * double(rounds) * double(hn::Lanes(d));
+  for (int n = 0; n < chains; ++n) x[n] = hn::Iota(d, result + 10 * n);
+  for (std::size_t i = 0; i < rounds; ++i)
+    for (int n = 0; n < chains; ++n) x[n] = hn::MulAdd(x[n], a, b);
+  for (int n = 0; n < chains; ++n) result += hn::GetLane(hn::SumOfLanes(d, x[n]));
+  return double(chains) * double(rounds) * double(hn::Lanes(d));
 }
 
 }  // namespace HWY_NAMESPACE

@@ -243,6 +243,7 @@ class Run {
                       "anticrack run {} -o {} --resume",
                       reason, simulation_->steps(), simulation_->time(), options_.scene, options_.output));
     }
+    folder_->wait_for_frames();
     RunResult result;
     result.loading = loading_name(scene_.loading);
     result.walls = wall_name(scene_.loading);

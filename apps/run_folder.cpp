@@ -9,7 +9,6 @@
 #include "errors.h"
 #include "io/atomic_file.h"
 #include "io/checkpoint.h"
-#include "io/frame.h"
 #include "io/provenance.h"
 
 namespace anticrack {
@@ -54,7 +53,7 @@ RunFolder::RunFolder(const std::filesystem::path& folder, const Scene& scene, do
   write_provenance(folder_ / "provenance.json", kernels().simd, threads);
 }
 
-void RunFolder::write_frame(const Simulation& simulation) {
+Frame RunFolder::take_frame(const Simulation& simulation) {
   const Particles& p = simulation.particles();
   Frame frame;
   const Vec3 strain = simulation.walls().strain();
@@ -98,16 +97,30 @@ void RunFolder::write_frame(const Simulation& simulation) {
       }
     }
   });
+  return frame;
+}
+
+void RunFolder::write_frame(const Simulation& simulation) {
+  Frame frame = take_frame(simulation);
+  wait_for_frames();
   const std::filesystem::path folder = folder_ / "frames";
   std::filesystem::create_directories(folder);
-  anticrack::write_frame(frame, folder);
-  if (output_.paraview) write_paraview_frame(frame, folder);
+  frame_being_written_ =
+      std::async(std::launch::async, [frame = std::move(frame), folder, paraview = output_.paraview] {
+        anticrack::write_frame(frame, folder);
+        if (paraview) write_paraview_frame(frame, folder);
+      });
   last_frame_time_ = simulation.time();
   ++frames_;
 }
 
+void RunFolder::wait_for_frames() {
+  if (frame_being_written_.valid()) frame_being_written_.get();
+}
+
 void RunFolder::write_checkpoint(const Simulation& simulation, const Observer& observer,
                                  double wall_seconds) {
+  wait_for_frames();
   CheckpointWriter out(scene_text_);
   simulation.save(out);
   out.add("observer", std::span(reinterpret_cast<const double*>(&observer.memory()),

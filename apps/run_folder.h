@@ -1,10 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <future>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "io/frame.h"
 #include "io/history.h"
 #include "observables/observer.h"
 #include "scene.h"
@@ -25,17 +27,22 @@ class RunFolder {
 
   void append(const HistoryRow& row) { history_->append(row); }
 
-  /// Writes a frame of the current state; kappa's increment counts from the frame before.
+  /// Takes a frame of the current state and writes it in the background, after the one before; kappa's
+  /// increment counts from that. @throws FileError  if the one before could not be written
   void write_frame(const Simulation& simulation);
-  int frames() const { return frames_; }  ///< written so far
+  int frames() const { return frames_; }  ///< taken so far
+  /// Returns once all frames are on disk. @throws FileError
+  void wait_for_frames();
 
-  /// Writes the state of simulation and observer, and keeps the last two checkpoints.
+  /// Writes the state of simulation and observer after all frames, and keeps the last two checkpoints.
   void write_checkpoint(const Simulation& simulation, const Observer& observer, double wall_seconds);
   std::int64_t last_checkpoint() const { return last_checkpoint_; }  ///< step, or -1
 
   const std::filesystem::path& path() const { return folder_; }
 
  private:
+  Frame take_frame(const Simulation& simulation);
+
   std::filesystem::path folder_;
   Output output_;
   std::string scene_text_;
@@ -46,6 +53,7 @@ class RunFolder {
   double last_frame_time_ = 0;
   std::vector<float> last_kappa_;  ///< by id
   std::int64_t last_checkpoint_ = -1;
+  std::future<void> frame_being_written_;
 };
 
 /// The checkpoint of `folder` to resume from: the newest that is whole and of this scene.

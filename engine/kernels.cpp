@@ -18,6 +18,7 @@
 
 #include "advance_particles-inl.h"
 #include "advance_stray-inl.h"
+#include "errors.h"
 #include "update_leaf-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -123,9 +124,37 @@ namespace anticrack {
 
 HWY_EXPORT(make_kernels);
 
+static Kernels& chosen_kernels() {
+  static Kernels chosen = HWY_DYNAMIC_DISPATCH(make_kernels)();
+  return chosen;
+}
+
 const Kernels& kernels() {
-  static const Kernels best = HWY_DYNAMIC_DISPATCH(make_kernels)();
-  return best;
+  return chosen_kernels();
+}
+
+std::vector<std::string> available_simd() {
+  std::vector<std::string> names;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets())
+    names.push_back(hwy::TargetName(target));
+  return names;
+}
+
+void use_simd(const std::string& name) {
+  hwy::SetSupportedTargetsForTest(0);  // all that the CPU has
+  if (!name.empty()) {
+    const auto targets = hwy::SupportedAndGeneratedTargets();
+    const auto found = std::find_if(targets.begin(), targets.end(),
+                                    [&](std::int64_t t) { return hwy::TargetName(t) == name; });
+    if (found == targets.end()) {
+      std::string known;
+      for (const std::string& other : available_simd()) known += (known.empty() ? "" : ", ") + other;
+      throw InputError("instruction set " + name + "; expected one of " + known);
+    }
+    hwy::SetSupportedTargetsForTest(*found);
+  }
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  chosen_kernels() = HWY_DYNAMIC_DISPATCH(make_kernels)();
 }
 
 Model model_of(const Material& material, ReturnMapping mapping) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "material/material_parameters.h"
@@ -124,5 +125,12 @@ struct Kernels {
 };
 
 const Kernels& kernels();
+
+/// Instruction sets that this CPU has and this build knows, best first.
+std::vector<std::string> available_simd();
+
+/// Uses that one instead of the best from now on, for fields and machine limits too; "" for the best. Not
+/// while kernels run. @throws InputError  if it is not available
+void use_simd(const std::string& name);
 
 }  // namespace anticrack

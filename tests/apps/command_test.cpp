@@ -119,6 +119,12 @@ TEST(Command, BenchReportsWhatScriptsReadAndLeavesNothingBehind) {
         << key << " in " << outcome.text;
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
   EXPECT_EQ(run("bench --set sample.resolution=10").status, 2);
+  const Outcome other = run("bench " + scene + " --options");
+  EXPECT_EQ(other.status, 2);
+  EXPECT_TRUE(contains(other.text, "neither SCENE")) << other.text;
+  const Outcome simd = run("bench " + scene + " --simd SSE9");
+  EXPECT_EQ(simd.status, 2);
+  EXPECT_TRUE(contains(simd.text, "expected one of")) << simd.text;
 }
 
 TEST(Command, ExitsWithFourOnADamagedFile) {

@@ -124,6 +124,24 @@ TEST(Simulation, MatchesPlainStepWithStraysAndShiftedGrid) {
   EXPECT_LT(worst.velocity, 1e-9);
 }
 
+TEST(Simulation, MatchesPlainStepWithEveryInstructionSet) {
+  const Index3 points{12, 16, 12};
+  const auto setup = setup_of(points, 0.05, brittle(), ConfinedCompression{1, true, 60.0});
+  ASSERT_FALSE(available_simd().empty());
+  for (const std::string& simd : available_simd()) {
+    use_simd(simd);
+    EXPECT_EQ(kernels().simd, simd);
+    double kappa = 0;
+    const Comparison worst = compare(setup, porous(points, 0.05, 0.5), 60, &kappa);
+    EXPECT_GT(kappa, 1e-4) << "the case must yield to say anything";
+    EXPECT_LT(worst.position, 1e-9) << simd;
+    EXPECT_LT(worst.kappa, 1e-6) << simd;
+  }
+  use_simd("");
+  EXPECT_EQ(kernels().simd, available_simd().front());
+  EXPECT_THROW(use_simd("SSE9"), InputError);
+}
+
 TEST(Simulation, MatchesPlainStepInPicTransfer) {
   const Index3 points{12, 16, 12};
   auto setup = setup_of(points, 0.05, brittle(), ConfinedCompression{1, true, 5.0});
