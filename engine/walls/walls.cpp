@@ -63,6 +63,8 @@ struct Walls::Reach {
   int last;
   int mirror;  ///< first free node at least half a cell inside; the ghost rule extrapolates from it
   bool upper;
+  int ghosts = 0;   ///< planes beyond the wall that a particle inside reaches
+  double ratio[4];  ///< (x_g - x_w) / (x_j - x_w) of the k-th plane outward from the mirror
 
   Reach(const Wall& wall, WallRule rule, double cell_size, double offset) : upper(wall.upper) {
     const double inward = wall.upper ? -1 : 1;
@@ -73,6 +75,8 @@ struct Walls::Reach {
     } else {
       mirror = last = upper ? int(std::ceil(X)) : int(std::floor(X));
     }
+    while (ghosts < 3 && extrapolates(ghost(ghosts + 1))) ++ghosts;
+    for (int k = 0; k <= ghosts; ++k) ratio[k] = (ghost(k) - X) / (mirror - X);
   }
   bool holds(int node) const { return upper ? node >= last : node <= last; }
   bool touches_leaf(int origin) const {
@@ -81,8 +85,6 @@ struct Walls::Reach {
   /// Whether a particle inside reaches the node. Farther out only what has slipped through the wall does;
   /// extrapolation would throw it away.
   bool extrapolates(int node) const { return (upper ? node - X : X - node) <= 1.5; }
-  /// (x_g - x_w) / (x_j - x_w)
-  double ratio(int node) const { return (node - X) / (mirror - X); }
   int ghost(int k) const { return upper ? mirror + k : mirror - k; }  ///< k-th node outward from the mirror
 };
 
@@ -144,53 +146,56 @@ struct Walls::Role {
   bool any() const { return holding >= 0 || mirroring >= 0; }
 };
 
-/// The nodes that are tied to a mirror node, looked up once for its three components: `out` planes outward
-/// from it.
-class Walls::Ghosts {
- public:
-  Ghosts(const SparseGrid& grid, std::uint32_t leaf, const Index3& at) : grid_(grid), leaf_(leaf), at_(at) {}
+/// The nodes that the walls of some axes tie to a mirror node, itself first. Components that the same axes
+/// constrain share them.
+struct Walls::Ties {
+  struct Tied {
+    Node* node;
+    std::array<std::int8_t, 3> out;  ///< planes outward from the mirror
+  };
+  std::uint32_t axes = 0;  ///< bit a
+  int count = 0;
+  std::array<Tied, 64> nodes;
 
-  Node* find(const int (&out)[3], const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach) {
-    const int key = out[0] * 16 + out[1] * 4 + out[2];
-    if (!(asked_ >> key & 1)) {
-      asked_ |= std::uint64_t(1) << key;
-      Index3 to = at_;
-      bool reached = true;
-      for (int a = 0; a < 3; ++a) {
-        if (out[a] == 0) continue;
-        const Reach& r = reach[roles[a].mirroring];
-        to[a] = r.ghost(out[a]);
-        reached = reached && r.extrapolates(to[a]);
-      }
-      found_[key] = reached ? node_at(grid_, leaf_, to) : nullptr;
-    }
-    return found_[key];
+  void find(const SparseGrid& grid, std::uint32_t leaf, const Index3& mirror, std::uint32_t along,
+            const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach) {
+    axes = along;
+    count = 0;
+    std::int8_t planes[3];
+    for (int a = 0; a < 3; ++a) planes[a] = axes >> a & 1 ? reach[roles[a].mirroring].ghosts : 0;
+    std::array<std::int8_t, 3> out;
+    for (out[0] = 0; out[0] <= planes[0]; ++out[0])
+      for (out[1] = 0; out[1] <= planes[1]; ++out[1])
+        for (out[2] = 0; out[2] <= planes[2]; ++out[2]) {
+          Index3 at = mirror;
+          for (int a = 0; a < 3; ++a)
+            if (out[a] > 0) at[a] = reach[roles[a].mirroring].ghost(out[a]);
+          if (Node* node = node_at(grid, leaf, at)) nodes[count++] = {node, out};
+        }
   }
-
- private:
-  const SparseGrid& grid_;
-  std::uint32_t leaf_;
-  Index3 at_;
-  std::uint64_t asked_ = 0;
-  std::array<Node*, 64> found_;
 };
 
-/// A component of a node beyond a wall. If a mirror node sees to it, there is nothing to do; else it takes
-/// the wall's velocity.
-void Walls::set_held(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, Node& node, int c,
-                     double ramp, const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach,
-                     Part& part) const {
-  bool has_mirror = rule_ == WallRule::ghost;
+/// Whether a mirror node sees to the components of a held node that the walls of `axes` constrain.
+bool Walls::is_ghost(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, std::uint32_t axes,
+                     const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach) const {
+  if (rule_ != WallRule::ghost) return false;
   Index3 mirror = at;
-  int last = -1;
   for (int a = 0; a < 3; ++a) {
-    const int wall = roles[a].holding;
-    if (wall < 0 || !constrains(a, c)) continue;
-    has_mirror = has_mirror && reach[wall].extrapolates(at[a]);
-    mirror[a] = reach[wall].mirror;
-    if (last < 0 || a == c || last / 2 != c) last = wall;
+    if (!(axes >> a & 1)) continue;
+    const Reach& r = reach[roles[a].holding];
+    if (!r.extrapolates(at[a])) return false;
+    mirror[a] = r.mirror;
   }
-  if (has_mirror && node_at(grid, leaf, mirror)) return;
+  return node_at(grid, leaf, mirror);
+}
+
+/// A component of a node beyond the walls of `axes` that no mirror node sees to takes a wall's velocity, its
+/// normal one's if it can.
+void Walls::set_held(const Index3& at, Node& node, int c, std::uint32_t axes, double ramp,
+                     const std::array<Role, 3>& roles, Part& part) const {
+  int last = -1;
+  for (int a = 0; a < 3; ++a)
+    if ((axes >> a & 1) && (last < 0 || a == c || last / 2 != c)) last = roles[a].holding;
   const double full = full_velocity_at(walls_[last], c, at[c]);
   part.set_velocity(node, c, ramp * full, full, last / 2 == c ? last : -1);
 }
@@ -200,45 +205,32 @@ void Walls::set_held(const SparseGrid& grid, std::uint32_t leaf, const Index3& a
 ///   first,
 /// so that all of them are one unknown, which takes the momentum of all: v_M = sum r m (v - b) / sum r^2 m.
 /// Were the forces on ghosts dropped instead, a uniform stress would not be in equilibrium at the wall.
-void Walls::set_tied(Ghosts& ghosts, const Index3& at, int c, double ramp, const std::array<Role, 3>& roles,
-                     const std::array<Reach, 6>& reach, Part& part) const {
-  struct Tied {
-    Node* node;
-    double r, b;
-  };
-  std::array<Tied, 64> tied;
-  int count = 0, planes[3], last = -1;
-  double wall_velocity[3] = {}, momentum = 0, mass = 0;
+void Walls::set_tied(const Ties& ties, const Index3& mirror, int c, double ramp,
+                     const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach, Part& part) const {
+  double r[64], b[64], wall_velocity[3] = {}, momentum = 0, mass = 0;
+  int last = -1;
   for (int a = 0; a < 3; ++a) {
+    if (!(ties.axes >> a & 1)) continue;
     const int wall = roles[a].mirroring;
-    const bool takes_part = wall >= 0 && constrains(a, c);
-    planes[a] = takes_part ? 3 : 0;
-    if (!takes_part) continue;
-    wall_velocity[a] = ramp * full_velocity_at(walls_[wall], c, at[c]);
+    wall_velocity[a] = ramp * full_velocity_at(walls_[wall], c, mirror[c]);
     if (last < 0 || a == c || last / 2 != c) last = wall;
   }
-  const auto factor = [&](Tied& t, int a, int out) {
-    const Reach& r = reach[roles[a].mirroring];
-    const double rho = r.ratio(r.ghost(out));
-    t.b = wall_velocity[a] + rho * (t.b - wall_velocity[a]);
-    t.r *= rho;
-  };
-  int out[3];
-  for (out[0] = 0; out[0] <= planes[0]; ++out[0])
-    for (out[1] = 0; out[1] <= planes[1]; ++out[1])
-      for (out[2] = 0; out[2] <= planes[2]; ++out[2]) {
-        Tied t{ghosts.find(out, roles, reach), 1, 0};
-        if (!t.node) continue;
-        for (int a = 0; a < 3; ++a)
-          if (a != c && out[a] > 0) factor(t, a, out[a]);
-        if (out[c] > 0) factor(t, c, out[c]);
-        momentum += t.r * t.node->mass * (t.node->velocity[c] - t.b);
-        mass += t.r * t.r * t.node->mass;
-        tied[count++] = t;
-      }
-  const double v = momentum / mass, full = full_velocity_at(walls_[last], c, at[c]);
-  for (int n = 0; n < count; ++n)
-    part.set_velocity(*tied[n].node, c, tied[n].b + tied[n].r * v, full, last / 2 == c ? last : -1);
+  for (int n = 0; n < ties.count; ++n) {
+    const auto& [node, out] = ties.nodes[n];
+    r[n] = 1;
+    b[n] = 0;
+    for (const int a : {(c + 1) % 3, (c + 2) % 3, c}) {
+      if (out[a] == 0) continue;
+      const double rho = reach[roles[a].mirroring].ratio[out[a]];
+      b[n] = wall_velocity[a] + rho * (b[n] - wall_velocity[a]);
+      r[n] *= rho;
+    }
+    momentum += r[n] * node->mass * (node->velocity[c] - b[n]);
+    mass += r[n] * r[n] * node->mass;
+  }
+  const double v = momentum / mass, full = full_velocity_at(walls_[last], c, mirror[c]);
+  for (int n = 0; n < ties.count; ++n)
+    part.set_velocity(*ties.nodes[n].node, c, b[n] + r[n] * v, full, last / 2 == c ? last : -1);
 }
 
 /// Every component of a node is set by the task of its mirror node, or by its own if it has none: no two
@@ -261,17 +253,25 @@ void Walls::constrain_leaf(const SparseGrid& grid, std::uint32_t l, double ramp,
     if (!(roles[0].any() || roles[1].any() || roles[2].any()) || node.mass <= 0) continue;
     Index3 at;
     for (int a = 0; a < 3; ++a) at[a] = leaf.origin[a] * block_edge + in_leaf[a];
-    Ghosts ghosts(grid, l, at);
+    // Components that the same axes constrain share what is looked up.
+    Ties ties;
+    std::uint32_t held_along = 0;
+    bool ghost = false;
     for (int c = 0; c < 3; ++c) {
-      bool held = false, mirrors = false;
-      for (int a = 0; a < 3; ++a) {
-        held = held || (roles[a].holding >= 0 && constrains(a, c));
-        mirrors = mirrors || (roles[a].mirroring >= 0 && constrains(a, c));
+      std::uint32_t held = 0, mirrored = 0;
+      for (int a = 0; a < 3; ++a)
+        if (constrains(a, c)) {
+          held |= std::uint32_t(roles[a].holding >= 0) << a;
+          mirrored |= std::uint32_t(roles[a].mirroring >= 0) << a;
+        }
+      if (held) {
+        if (held != held_along) ghost = is_ghost(grid, l, at, held, roles, reach);
+        held_along = held;
+        if (!ghost) set_held(at, node, c, held, ramp, roles, part);
+      } else if (mirrored) {
+        if (mirrored != ties.axes) ties.find(grid, l, at, mirrored, roles, reach);
+        set_tied(ties, at, c, ramp, roles, reach, part);
       }
-      if (held)
-        set_held(grid, l, at, node, c, ramp, roles, reach, part);
-      else if (mirrors)
-        set_tied(ghosts, at, c, ramp, roles, reach, part);
     }
   }
 }

@@ -57,13 +57,14 @@ class Walls {
   struct Reach;  // the nodes that a wall takes hold of
   struct Role;
   struct Part;
-  class Ghosts;
+  struct Ties;
   bool constrains(int axis, int component) const;
   double full_velocity_at(const Wall& wall, int component, int node_component) const;
-  void set_held(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, Node& node, int component,
-                double ramp, const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach,
-                Part& part) const;
-  void set_tied(Ghosts& ghosts, const Index3& at, int component, double ramp,
+  bool is_ghost(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, std::uint32_t axes,
+                const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach) const;
+  void set_held(const Index3& at, Node& node, int component, std::uint32_t axes, double ramp,
+                const std::array<Role, 3>& roles, Part& part) const;
+  void set_tied(const Ties& ties, const Index3& mirror, int component, double ramp,
                 const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach, Part& part) const;
   void constrain_leaf(const SparseGrid& grid, std::uint32_t leaf, double ramp,
                       const std::array<Reach, 6>& reach, Part& part) const;
