@@ -380,7 +380,7 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
   for (std::size_t begin = block.cell_begin[0], end; begin < last; begin = end) {
     // As many whole cells as fit, or a part of one.
     end = *(std::upper_bound(block.cell_begin, block.cell_begin + block_cells + 1, begin + chunk_size) - 1);
-    if (end == begin) end = begin + chunk_size;
+    if (end <= begin) end = begin + chunk_size;
     const ChunkRange range{begin, end, last};
     if constexpr (advancing) grid_to_particles<transfer>(c, p, block, nodes, range, chunk);
     strain_particles<advancing>(p, range, chunk, result);

@@ -86,6 +86,12 @@ struct ParticlePointers {
   explicit ParticlePointers(Particles& particles);
 };
 
+/// Results of the grid update of one leaf, or of all.
+struct LeafUpdate {
+  double kinetic_before = 0, kinetic_after = 0;  ///< of the nodes [J]
+  double max_speed_squared = 0;                  ///< after [m^2/s^2]
+};
+
 /// A block as the kernels see it.
 struct BlockView {
   const Node* leaf[8];  ///< nodes to read
@@ -111,9 +117,8 @@ struct Kernels {
   /// Lines 2-4 for one stray: adds to the 27 nodes of its true cell.
   void (*scatter_stray)(const StepConstants&, const ParticlePointers&, std::uint32_t particle,
                         const Index3& shift, Node nodes[27], bool observe, ParticleSums&);
-  /// Lines 2, 3 and 5 for one leaf: adds its partial sums and updates the velocity.
-  /// Returns the kinetic energy before and after [J].
-  std::array<double, 2> (*update_leaf)(double dt, std::span<Node* const> partials, Node* nodes);
+  /// Lines 2, 3 and 5 for one leaf: adds its partial sums, which stay as they are, and updates the velocity.
+  LeafUpdate (*update_leaf)(double dt, std::span<Node* const> partials, Node* nodes);
 
   /// Hencky strain of h = b - I: `strain` gets xx yy zz xy xz yz; NaN where b is not positive definite.
   void (*hencky)(std::span<const std::array<double, 6>> h, std::span<std::array<double, 6>> strain);

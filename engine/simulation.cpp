@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "errors.h"
+#include "inversion.h"
 #include "time_step.h"
 
 namespace anticrack {
@@ -29,6 +30,8 @@ class LapTimer {
  private:
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
+
+constexpr int max_halvings = 20;  ///< of a time step that would turn a particle inside out
 
 }  // namespace
 
@@ -61,14 +64,26 @@ Simulation::Simulation(const SimulationSetup& setup, std::span<const Vec3> posit
 
 void Simulation::step(bool observe) {
   check_walls();
-  const double dt = next_time_step();  // line 1
+  StepConstants c = constants(next_time_step());  // line 1
+  if (!(time_ + c.dt > time_)) fail_to_advance(c.dt);
   const double kinetic_before = kinetic_energy();
-  const StepConstants c = constants(dt);
   LapTimer timer;
-  const auto [grid_before, grid_after] = update_grid_velocity(dt);  // lines 2, 3, 5
-  phase_seconds_.grid += timer.lap();
-  const WallAction action = walls_.apply(grid_, time_);  // line 6
-  phase_seconds_.walls += timer.lap();
+  LeafUpdate grid;
+  WallAction action;
+  for (int halvings = 0;; ++halvings) {
+    grid = update_grid_velocity(c.dt);  // lines 2, 3, 5
+    phase_seconds_.grid += timer.lap();
+    action = walls_.apply(grid_, time_);  // line 6
+    phase_seconds_.walls += timer.lap();
+    const auto inverted =
+        inverted_particle(c.dt, std::max(std::sqrt(grid.max_speed_squared), action.max_speed));
+    if (!inverted) break;
+    if (halvings == max_halvings)
+      fail(*inverted,
+           "after " + std::to_string(max_halvings) + " halvings of the time step det(I + dt grad v)");
+    c = constants(0.5 * c.dt);  // nothing has moved yet, and the sums over particles are still there
+  }
+  const double dt = c.dt;
   sort_if_due();
   phase_seconds_.sort += timer.lap();
   pass_over_blocks(c, kernels().advance_block, observe);  // lines 7-13, and 2-4 of the next step
@@ -78,8 +93,8 @@ void Simulation::step(bool observe) {
   walls_.move(time_, dt);
 
   // Energy lost by particle -> grid, by grid -> particle and at the walls, each measured where it happens.
-  ledger_.numerical_dissipation += (kinetic_before - grid_before) +
-                                   (grid_after + action.kinetic_change - kinetic_energy()) +
+  ledger_.numerical_dissipation += (kinetic_before - grid.kinetic_before) +
+                                   (grid.kinetic_after + action.kinetic_change - kinetic_energy()) +
                                    action.impact_loss;
   ledger_.plastic_dissipation += setup_.particle_volume * sums_.plastic_dissipation;
   ledger_.wall_work += action.work;
@@ -106,15 +121,25 @@ StepConstants Simulation::constants(double dt) const {
           mass_, setup_.particle_volume, MaterialConstants(setup_.material)};
 }
 
-std::array<double, 2> Simulation::update_grid_velocity(double dt) {
-  std::vector<std::array<double, 2>> kinetic(grid_.leaves().size());
-  tbb::parallel_for(std::size_t(0), kinetic.size(), [&](std::size_t l) {
+LeafUpdate Simulation::update_grid_velocity(double dt) {
+  std::vector<LeafUpdate> updates(grid_.leaves().size());
+  tbb::parallel_for(std::size_t(0), updates.size(), [&](std::size_t l) {
     const SparseGrid::Leaf& leaf = grid_.leaves()[l];
-    kinetic[l] = kernels().update_leaf(dt, leaf.partials(), leaf.nodes);
+    updates[l] = kernels().update_leaf(dt, leaf.partials(), leaf.nodes);
   });
-  std::array<double, 2> sum{};
-  for (const auto& k : kinetic) sum = {sum[0] + k[0], sum[1] + k[1]};
+  LeafUpdate sum;
+  for (const LeafUpdate& u : updates) {
+    sum.kinetic_before += u.kinetic_before;
+    sum.kinetic_after += u.kinetic_after;
+    sum.max_speed_squared = std::max(sum.max_speed_squared, u.max_speed_squared);
+  }
   return sum;
+}
+
+std::optional<std::uint32_t> Simulation::inverted_particle(double dt, double max_nodal_speed) const {
+  const double dt_over_dx = dt / setup_.cell_size;
+  if (!may_invert(dt_over_dx * max_nodal_speed)) return {};
+  return find_inverted_particle(particles_, grid_, cells_, strays_, dt_over_dx);
 }
 
 BlockResult Simulation::pass_over_block(const StepConstants& c, BlockKernel kernel, std::size_t b,
@@ -268,6 +293,15 @@ void Simulation::check_walls() const {
               << " cells of each other; expected at least 3, so that they do not act on the same nodes";
       throw NumericalError(message.str());
     }
+}
+
+void Simulation::fail_to_advance(double dt) const {
+  std::ostringstream message;
+  message << "step " << step_ + 1 << ", t = " << time_ << " s: a time step of " << dt
+          << " s does not advance the time; the fastest particle moves at "
+          << std::sqrt(sums_.max_speed_squared) << " m/s, the largest compression is "
+          << sums_.max_compression << " Pa";
+  throw NumericalError(message.str());
 }
 
 void Simulation::fail(std::uint32_t particle, const std::string& quantity) const {

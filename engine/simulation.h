@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -63,7 +64,8 @@ class Simulation {
   /// Notes the whole state; the arrays are read when the writer writes.
   void save(CheckpointWriter& checkpoint) const;
 
-  /// One time step. With `observe` the sums of `observed()` are those of the new state.
+  /// One time step, halved at most 20 times if it would turn a particle inside out, det(I + dt grad v) <= 0.
+  /// With `observe` the sums of `observed()` are those of the new state.
   /// @throws NumericalError  naming step, time, particle and quantity
   void step(bool observe);
 
@@ -89,7 +91,8 @@ class Simulation {
   explicit Simulation(const SimulationSetup& setup);
   double flip_of_step(double dt) const;
   StepConstants constants(double dt) const;
-  std::array<double, 2> update_grid_velocity(double dt);
+  LeafUpdate update_grid_velocity(double dt);
+  std::optional<std::uint32_t> inverted_particle(double dt, double max_nodal_speed) const;
   void sort_if_due();
   using BlockKernel = decltype(Kernels::advance_block);
   BlockResult pass_over_block(const StepConstants& c, BlockKernel kernel, std::size_t block, bool observe);
@@ -100,6 +103,7 @@ class Simulation {
   void scatter_strays(const StepConstants& c, bool observe);
   ParticleSums advance_strays(const StepConstants& c);
   void check_walls() const;
+  [[noreturn]] void fail_to_advance(double dt) const;
   [[noreturn]] void fail(std::uint32_t particle, const std::string& quantity) const;
 
   SimulationSetup setup_;

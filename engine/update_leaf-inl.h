@@ -6,9 +6,10 @@
 #define ANTICRACK_UPDATE_LEAF_INL_H
 #endif
 
-#include <array>
+#include <algorithm>
 #include <span>
 
+#include "kernels.h"
 #include "transfer/grid_to_particles-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -17,7 +18,7 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 /// Adds the partial sums of a leaf (lines 2, 3), then v += dt f / m (line 5). Their order is fixed.
-inline std::array<double, 2> update_leaf(double dt, std::span<Node* const> partials, Node* nodes) {
+inline LeafUpdate update_leaf(double dt, std::span<Node* const> partials, Node* nodes) {
   const NodeVector d;
   constexpr int lanes = int(hn::MaxLanes(d)), numbers = block_cells * 8;
   double* to = reinterpret_cast<double*>(nodes);
@@ -27,7 +28,7 @@ inline std::array<double, 2> update_leaf(double dt, std::span<Node* const> parti
       sum = sum + hn::Load(d, reinterpret_cast<const double*>(partials[p]) + n);
     hn::Store(sum, d, to + n);
   }
-  double before = 0, after = 0;
+  LeafUpdate result;
   for (int n = 0; n < block_cells; ++n) {
     Node& node = nodes[n];
     if (node.mass <= 0) continue;
@@ -42,10 +43,11 @@ inline std::array<double, 2> update_leaf(double dt, std::span<Node* const> parti
       node.velocity[a] = v_new;
       node.increment[a] = dv;
     }
-    before += 0.5 * node.mass * old_squared;
-    after += 0.5 * node.mass * new_squared;
+    result.kinetic_before += 0.5 * node.mass * old_squared;
+    result.kinetic_after += 0.5 * node.mass * new_squared;
+    result.max_speed_squared = std::max(result.max_speed_squared, new_squared);
   }
-  return {before, after};
+  return result;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -134,6 +134,7 @@ struct Walls::Part {
     action.kinetic_change += impulse * (node.velocity[c] + 0.5 * change);
     action.generalized_impulse += impulse * full;
     if (normal_wall >= 0) action.normal_impulse[normal_wall] += impulse;
+    action.max_speed = std::max(action.max_speed, std::sqrt(3.0) * std::abs(target));
     node.velocity[c] = target;
     node.increment[c] += change;
   }
@@ -299,6 +300,7 @@ WallAction Walls::apply(SparseGrid& grid, double time) const {
     sum.kinetic_change += part.action.kinetic_change;
     sum.impact_loss += part.action.impact_loss;
     sum.generalized_impulse += part.action.generalized_impulse;
+    sum.max_speed = std::max(sum.max_speed, part.action.max_speed);
   }
   return sum;
 }

@@ -29,6 +29,7 @@ struct WallAction {
   double impact_loss = 0;          ///< kinetic energy lost where a node takes on a wall's velocity [J]
   double kinetic_change = 0;       ///< of the grid, by setting the velocities [J]
   double generalized_impulse = 0;  ///< sum of impulse . (full wall velocity) [J]; W2 is the rate of its force
+  double max_speed = 0;            ///< bound on the speed of the nodes set [m/s]
 };
 
 /// The six walls of the sample box and their motion, line 6 of Algorithm 1.

@@ -187,6 +187,15 @@ TEST(Simulation, MatchesPlainStepWhenJammed) {
   EXPECT_LT(worst.position, 1e-8) << worst.position;
 }
 
+TEST(Simulation, MatchesPlainStepWithHundredsOfParticlesInACell) {
+  const Index3 points{30, 28, 26};
+  auto setup = setup_of(points, 0.02, brittle(), ConfinedCompression{1, true, 5.0});
+  setup.cell_size = 0.13;  // 275 a cell: several chunks of the pass
+  const Comparison worst = compare(setup, lattice(points, 0.02), 20);
+  EXPECT_LT(worst.position, 1e-10);
+  EXPECT_LT(worst.stress, 1e-9);
+}
+
 /// Confined modulus of a solid block read between slip walls that lie `offset` cells off the nodes.
 double confined_modulus(double offset, WallRule rule) {
   const Index3 points{32, 32, 32};
