@@ -100,6 +100,7 @@ void Simulation::step(bool observe) {
   ledger_.wall_work += action.work;
   ledger_.generalized_impulse += action.generalized_impulse;
   for (int w = 0; w < 6; ++w) ledger_.wall_impulse[w] += action.normal_impulse[w];
+  for (int a = 0; a < 3; ++a) ledger_.wall_virial[a] += action.virial[a];
   dt_ = dt;
   time_ += dt;
   ++step_;

@@ -35,6 +35,7 @@ struct Ledger {
   double wall_work = 0;  ///< done by the walls
   std::array<double, 6> wall_impulse{};  ///< along +axis [N s]
   double generalized_impulse = 0;        ///< see WallAction
+  std::array<double, 3> wall_virial{};   ///< see WallAction [N s m]
 };
 
 /// Wall seconds of the parts of a step, summed over the steps since construction.

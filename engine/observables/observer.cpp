@@ -124,14 +124,16 @@ HistoryRow Observer::record(const Simulation& simulation, double wall_seconds) {
   // Quasi-static certificate.
   m_.kinetic += row.kinetic_energy;
   m_.internal += row.elastic_energy + row.plastic_dissipation;
-  const Vec3 size = simulation.walls().upper() - simulation.walls().lower();
   for (int a = 0; a < 3; ++a) {
-    const double wall = (force[2 * a + 1] - force[2 * a]) / 2 * size[a] / V;
+    // Mean stress of a body at rest, from all forces on its boundary: V sigma_aa = sum f_a x_a. Sticky walls
+    // push along themselves too.
+    const double wall = interval > 0 ? (ledger.wall_virial[a] - m_.wall_virial[a]) / interval / V : 0;
     const double volume = 0.5 * (m_.sigma[a] + sigma[a]);  // over the interval, as the wall force is
     m_.wall_volume += wall * volume;
     m_.volume_volume += volume * volume;
     m_.sigma[a] = sigma[a];
   }
+  m_.wall_virial = ledger.wall_virial;
   m_.worst_residual = std::max(m_.worst_residual, std::abs(row.energy_residual));
 
   m_.time = simulation.time(), m_.interval = interval;

@@ -40,6 +40,7 @@ class Observer {
     double generalized_impulse;          ///< at the last row [J]
     double force;                        ///< generalized force over the last interval [W]
     std::array<double, 3> sigma;         ///< normal stresses at the last row [Pa]
+    std::array<double, 3> wall_virial;   ///< at the last row [N s m]
     double peak_force;
     double peak_strain, peak_p, peak_q, peak_step, peak_time;
     double failed;                      ///< 1 once it has

@@ -93,6 +93,11 @@ bool Walls::constrains(int axis, int c) const {
   return axis == c || walls_[2 * axis].tangential != Tangential::free;
 }
 
+double Walls::from_centre(int axis, int node) const {
+  const double centre = 0.5 * (walls_[2 * axis].position + walls_[2 * axis + 1].position);
+  return (node + grid_offset_[axis]) * cell_size_ - centre;
+}
+
 /// Velocity at the end of the ramp of a wall along component c: its own along the normal; along it zero, or
 /// that of the homogeneous gradient.
 double Walls::full_velocity_at(const Wall& wall, int c, int node_c) const {
@@ -122,8 +127,9 @@ static Node* node_at(const SparseGrid& grid, std::uint32_t leaf, const Index3& a
 struct Walls::Part {
   WallAction action;
 
-  /// `full` is the wall's velocity at the end of the ramp, `normal_wall` the wall that c is normal to, or -1.
-  void set_velocity(Node& node, int c, double target, double full, int normal_wall) {
+  /// `x`: c-th coordinate of the node from the centre of the box. `full` is the wall's velocity at the end of
+  /// the ramp, `normal_wall` the wall that c is normal to, or -1.
+  void set_velocity(Node& node, int c, double x, double target, double full, int normal_wall) {
     const double change = target - node.velocity[c], impulse = node.mass * change;
     // Change of kinetic energy = stress power with v^{n+1} (which strains the particles) + impulse . v^{n+1}
     // - m |dv|^2 / 2. Summed over tied nodes impulse . v^{n+1} is the net impulse times the wall's velocity;
@@ -133,6 +139,7 @@ struct Walls::Part {
     action.impact_loss += 0.5 * node.mass * jump * jump;
     action.kinetic_change += impulse * (node.velocity[c] + 0.5 * change);
     action.generalized_impulse += impulse * full;
+    action.virial[c] += impulse * x;
     if (normal_wall >= 0) action.normal_impulse[normal_wall] += impulse;
     action.max_speed = std::max(action.max_speed, std::sqrt(3.0) * std::abs(target));
     node.velocity[c] = target;
@@ -198,7 +205,7 @@ void Walls::set_held(const Index3& at, Node& node, int c, std::uint32_t axes, do
   for (int a = 0; a < 3; ++a)
     if ((axes >> a & 1) && (last < 0 || a == c || last / 2 != c)) last = roles[a].holding;
   const double full = full_velocity_at(walls_[last], c, at[c]);
-  part.set_velocity(node, c, ramp * full, full, last / 2 == c ? last : -1);
+  part.set_velocity(node, c, from_centre(c, at[c]), ramp * full, full, last / 2 == c ? last : -1);
 }
 
 /// A component of a mirror node M. The ghost rule ties the ghosts to it,
@@ -230,8 +237,11 @@ void Walls::set_tied(const Ties& ties, const Index3& mirror, int c, double ramp,
     mass += r[n] * r[n] * node->mass;
   }
   const double v = momentum / mass, full = full_velocity_at(walls_[last], c, mirror[c]);
-  for (int n = 0; n < ties.count; ++n)
-    part.set_velocity(*ties.nodes[n].node, c, b[n] + r[n] * v, full, last / 2 == c ? last : -1);
+  for (int n = 0; n < ties.count; ++n) {
+    const auto& [node, out] = ties.nodes[n];
+    const int at = out[c] > 0 ? reach[roles[c].mirroring].ghost(out[c]) : mirror[c];
+    part.set_velocity(*node, c, from_centre(c, at), b[n] + r[n] * v, full, last / 2 == c ? last : -1);
+  }
 }
 
 /// Every component of a node is set by the task of its mirror node, or by its own if it has none: no two
@@ -300,6 +310,7 @@ WallAction Walls::apply(SparseGrid& grid, double time) const {
     sum.kinetic_change += part.action.kinetic_change;
     sum.impact_loss += part.action.impact_loss;
     sum.generalized_impulse += part.action.generalized_impulse;
+    sum.virial += part.action.virial;
     sum.max_speed = std::max(sum.max_speed, part.action.max_speed);
   }
   return sum;

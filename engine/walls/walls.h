@@ -29,7 +29,8 @@ struct WallAction {
   double impact_loss = 0;          ///< kinetic energy lost where a node takes on a wall's velocity [J]
   double kinetic_change = 0;       ///< of the grid, by setting the velocities [J]
   double generalized_impulse = 0;  ///< sum of impulse . (full wall velocity) [J]; W2 is the rate of its force
-  double max_speed = 0;            ///< bound on the speed of the nodes set [m/s]
+  Vec3 virial = Vec3::Zero();  ///< sum of impulse_c x_c about the centre of the box, for c = x, y, z [N s m]
+  double max_speed = 0;        ///< bound on the speed of the nodes set [m/s]
 };
 
 /// The six walls of the sample box and their motion, line 6 of Algorithm 1.
@@ -60,6 +61,7 @@ class Walls {
   struct Part;
   struct Ties;
   bool constrains(int axis, int component) const;
+  double from_centre(int axis, int node) const;  ///< [m]
   double full_velocity_at(const Wall& wall, int component, int node_component) const;
   bool is_ghost(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, std::uint32_t axes,
                 const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach) const;
