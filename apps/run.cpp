@@ -261,7 +261,7 @@ class Run {
     result.quasi_static = observer_->quasi_static();
     if (options_.save_grid)
       simulation_->grid().write_vdb(folder_->path() / "grid.vdb", simulation_->setup().cell_size,
-                                    Vec3(scene_.numerics.grid_offset.data()));
+                                    Vec3(simulation_->setup().numerics.grid_offset.data()));
     write_run_result(result, folder_->path() / "result.json");
     progress_.finish(
         progress(),

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -31,6 +32,19 @@ class LapTimer {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+/// The setup with nodes counted from the lowest cell of the sample, so that a sample shifted by whole cells
+/// takes the same steps to the last bit.
+SimulationSetup anchored(SimulationSetup setup, std::span<const Vec3> positions) {
+  for (int a = 0; a < 3; ++a) {
+    double& offset = setup.numerics.grid_offset[a];
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Vec3& x : positions)
+      lowest = std::min(lowest, std::floor(x[a] / setup.cell_size - offset - 0.5));
+    if (std::abs(lowest) < 2e9) offset += lowest;  // else place_particles says what is wrong
+  }
+  return setup;
+}
+
 constexpr int max_halvings = 20;  ///< of a time step that would turn a particle inside out
 
 }  // namespace
@@ -50,11 +64,11 @@ Simulation::Simulation(const SimulationSetup& setup)
 
 Simulation::Simulation(const SimulationSetup& setup, std::span<const Vec3> positions,
                        std::span<const Vec3> velocities)
-    : Simulation(setup) {
+    : Simulation(anchored(setup, positions)) {
   if (!velocities.empty() && velocities.size() != positions.size())
     throw InputError(std::to_string(velocities.size()) + " velocities for " +
                      std::to_string(positions.size()) + " particles");
-  place_particles(positions, setup.cell_size, Vec3(setup.numerics.grid_offset.data()),
+  place_particles(positions, setup.cell_size, Vec3(setup_.numerics.grid_offset.data()),
                   setup.material.plasticity.has_value(), particles_, grid_, cells_);
   if (!velocities.empty())
     for (std::size_t i = 0; i < particles_.count; ++i)

@@ -82,7 +82,9 @@ class Simulation {
   const SparseGrid& grid() const { return grid_; }
   const Particles& particles() const { return particles_; }
   const std::vector<CellRanges>& cells() const { return cells_; }
-  const SimulationSetup& setup() const { return setup_; }
+  const SimulationSetup& setup() const {
+    return setup_;
+  }                                               ///< its grid_offset counts from the sample's lowest cell
   double particle_mass() const { return mass_; }  ///< [kg]
   std::size_t stray_count() const { return strays_.size(); }
   std::size_t bytes() const;

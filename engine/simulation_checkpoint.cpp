@@ -18,6 +18,11 @@ void for_each_array(Particles& particles, Visit visit) {
   visit("particle.kappa", particles.kappa);
 }
 
+SimulationSetup anchored(SimulationSetup setup, CheckpointReader& in) {
+  in.read<double>("grid_offset", setup.numerics.grid_offset);
+  return setup;
+}
+
 }  // namespace
 
 void Simulation::save(CheckpointWriter& out) const {
@@ -27,6 +32,7 @@ void Simulation::save(CheckpointWriter& out) const {
   out.add_value("dt", dt_);
   out.add_value("sort_debt", sort_debt_);
   out.add_copy<double>("walls", walls_.positions());
+  out.add_copy<double>("grid_offset", setup_.numerics.grid_offset);
   out.add("ledger", std::span(reinterpret_cast<const double*>(&ledger_), sizeof(Ledger) / sizeof(double)));
   for_each_array(particles_, [&](const std::string& name, const AlignedArray& array) {
     out.add(name, std::span(array.data(), array.size()));
@@ -45,7 +51,7 @@ void Simulation::save(CheckpointWriter& out) const {
   out.add_copy<std::uint32_t>("returned_strays", returned);
 }
 
-Simulation::Simulation(const SimulationSetup& setup, CheckpointReader& in) : Simulation(setup) {
+Simulation::Simulation(const SimulationSetup& setup, CheckpointReader& in) : Simulation(anchored(setup, in)) {
   step_ = in.read_value<std::int64_t>("step");
   time_ = in.read_value<double>("time");
   dt_ = in.read_value<double>("dt");
