@@ -203,7 +203,7 @@ void bench_curves(const BenchOptions& options) {
   const int threads = thread_count(options);
   const ThreadLimit limit(threads);
   const fs::path folder = options.curves;
-  prepare_output_folder(folder, ExistingFolder::refuse);
+  const FolderLock lock = prepare_output_folder(folder, ExistingFolder::refuse);
   const auto results = time_cases(curve_cases(options.most_particles), false, options, threads);
   std::string csv = "series,value,particles,rate_low,rate_median,rate_high,gibibytes,yielded,strays\n";
   std::map<std::string, std::vector<CaseResult>> series;

@@ -2,12 +2,14 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <regex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "errors.h"
@@ -89,14 +91,33 @@ void check_output_folder(const fs::path& folder, ExistingFolder existing) {
   }
 }
 
-void prepare_output_folder(const fs::path& folder, ExistingFolder existing) {
+FolderLock::FolderLock(const fs::path& folder)
+    : descriptor_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (descriptor_ < 0)
+    throw FileError(fmt::format("{}: cannot open the folder: {}.", folder.string(), std::strerror(errno)));
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK)
+    return;  // not every file system can
+  close(descriptor_);
+  throw InputError(
+      fmt::format("{}: another run is writing there. Wait for its end, or use another -o.", folder.string()));
+}
+
+FolderLock::~FolderLock() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+FolderLock::FolderLock(FolderLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+FolderLock prepare_output_folder(const fs::path& folder, ExistingFolder existing) {
   check_output_folder(folder, existing);
-  if (existing == ExistingFolder::replace && fs::exists(folder)) remove_run(folder);
   std::error_code error;
   fs::create_directories(folder, error);
   if (error)
     throw FileError(
         fmt::format("{}: cannot create the output folder: {}.", folder.string(), error.message()));
+  FolderLock lock(folder);
+  if (existing == ExistingFolder::replace) remove_run(folder);
+  return lock;
 }
 
 void check_output_file(const fs::path& file, bool force) {

@@ -16,11 +16,24 @@ enum class ExistingFolder {
 ///   not be created or written, with the system's reason
 void check_output_folder(const std::filesystem::path& folder, ExistingFolder existing);
 
-/// Checks as above, then creates the folder; with `replace` removes what a run writes (scene.toml,
-/// history.csv, frames/,
-/// ...) and leaves every other file.
-/// @throws InputError  as above. @throws FileError  a file could not be removed or the folder not created
-void prepare_output_folder(const std::filesystem::path& folder, ExistingFolder existing);
+/// Keeps other programs that ask for it out of a folder as long as it lives; a killed program leaves none.
+class FolderLock {
+ public:
+  /// @throws InputError  another program has it. @throws FileError
+  explicit FolderLock(const std::filesystem::path& folder);
+  ~FolderLock();
+  FolderLock(FolderLock&& other) noexcept;
+  FolderLock& operator=(FolderLock&&) = delete;
+
+ private:
+  int descriptor_;
+};
+
+/// Checks as above, then creates and locks the folder; with `replace` removes what a run writes (scene.toml,
+/// history.csv, frames/, ...) and leaves every other file.
+/// @throws InputError  as above, or another run is writing there. @throws FileError  a file could not be
+///   removed or the folder not created
+[[nodiscard]] FolderLock prepare_output_folder(const std::filesystem::path& folder, ExistingFolder existing);
 
 /// Whether a single output file may be written: its folder exists or can be made, and it is not there yet or
 /// `force` is set.

@@ -156,7 +156,8 @@ class Run {
         threads_(thread_count(options)) {}
 
   void start() {
-    prepare_output_folder(options_.output, options_.force ? ExistingFolder::replace : ExistingFolder::refuse);
+    lock_.emplace(prepare_output_folder(options_.output,
+                                        options_.force ? ExistingFolder::replace : ExistingFolder::refuse));
     simulation_.emplace(setup_of(scene_, sample_.lattice), sample_.positions);
     observer_.emplace(*simulation_);
     folder_.emplace(options_.output, scene_, sample_.lattice.spacing, threads_);
@@ -164,7 +165,7 @@ class Run {
   }
 
   void resume() {
-    prepare_output_folder(options_.output, ExistingFolder::resume);
+    lock_.emplace(prepare_output_folder(options_.output, ExistingFolder::resume));
     CheckpointReader checkpoint = open_checkpoint(options_.output, to_toml(scene_));
     simulation_.emplace(setup_of(scene_, sample_.lattice), checkpoint);
     observer_.emplace(*simulation_);
@@ -275,6 +276,7 @@ class Run {
   const RunOptions& options_;
   Progress progress_;
   int threads_;
+  std::optional<FolderLock> lock_;
   std::optional<Simulation> simulation_;
   std::optional<Observer> observer_;
   std::optional<RunFolder> folder_;

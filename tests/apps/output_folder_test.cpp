@@ -22,13 +22,13 @@ std::string refusal(const fs::path& path, ExistingFolder existing) {
 
 TEST(OutputFolder, IsCreatedWithItsParents) {
   const TemporaryFolder folder;
-  prepare_output_folder(folder.path() / "a/b", ExistingFolder::refuse);
+  static_cast<void>(prepare_output_folder(folder.path() / "a/b", ExistingFolder::refuse));
   EXPECT_TRUE(fs::is_directory(folder.path() / "a/b"));
 }
 
 TEST(OutputFolder, MayExistIfEmpty) {
   const TemporaryFolder folder;
-  EXPECT_NO_THROW(prepare_output_folder(folder.path(), ExistingFolder::refuse));
+  EXPECT_NO_THROW(static_cast<void>(prepare_output_folder(folder.path(), ExistingFolder::refuse)));
 }
 
 TEST(OutputFolder, IsRefusedIfItHoldsAnything) {
@@ -63,7 +63,7 @@ TEST(OutputFolder, ReplacingRemovesOnlyWhatARunWrites) {
   const std::vector<fs::path> foreign = {folder.write("notes.txt", ""), folder.write("frames/best.png", ""),
                                          folder.write("frames/frame_0001.vdb.backup", ""),
                                          folder.write("plots/history.csv", "")};
-  prepare_output_folder(folder.path(), ExistingFolder::replace);
+  static_cast<void>(prepare_output_folder(folder.path(), ExistingFolder::replace));
   for (const fs::path& file : of_run) EXPECT_FALSE(fs::exists(file)) << file;
   for (const fs::path& file : foreign) EXPECT_TRUE(fs::exists(file)) << file;
 }
@@ -71,7 +71,7 @@ TEST(OutputFolder, ReplacingRemovesOnlyWhatARunWrites) {
 TEST(OutputFolder, ResumingKeepsTheRunAndNeedsOne) {
   const TemporaryFolder folder;
   const fs::path scene = folder.write("run/scene.toml", "");
-  prepare_output_folder(folder.path() / "run", ExistingFolder::resume);
+  static_cast<void>(prepare_output_folder(folder.path() / "run", ExistingFolder::resume));
   EXPECT_TRUE(fs::exists(scene));
   EXPECT_EQ(refusal(folder.path() / "none", ExistingFolder::resume),
             (folder.path() / "none").string() + ": no run to resume: there is no scene.toml in it.");
