@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <random>
 
+#include "blocks.h"
 #include "simulation.h"
 #include "time_step.h"
 
@@ -14,17 +15,6 @@ namespace anticrack {
 namespace {
 
 constexpr double h = 1.0 / 32;  ///< [m] particle spacing, a power of two so that shifts are exact
-
-std::vector<Vec3> porous(const Index3& points, double share, const Vec3& corner = Vec3::Zero()) {
-  std::mt19937 random(7);
-  std::uniform_real_distribution<> uniform(0, 1);
-  std::vector<Vec3> x;
-  for (int i = 0; i < points[0]; ++i)
-    for (int j = 0; j < points[1]; ++j)
-      for (int k = 0; k < points[2]; ++k)
-        if (uniform(random) < share) x.push_back(corner + h * Vec3(i + 0.5, j + 0.5, k + 0.5));
-  return x;
-}
 
 Material brittle() {
   return {1e4, {10e9, 0.3}, DruckerPragerSoftening{1.2, 2.5e6, 1e6}};
@@ -52,7 +42,7 @@ struct State {
 
 TEST(Invariance, UnitsOfPowersOfTwoChangeNoBit) {
   const Index3 points{12, 20, 12};
-  const auto x = porous(points, 0.5);
+  const auto x = porous_block(points, h, 0.5);
   const auto run = [&](double length, double density, double modulus) {
     const double speed = std::sqrt(modulus / density);  // of waves
     Material material = brittle();
@@ -93,7 +83,7 @@ TEST(Invariance, UnitsOfPowersOfTwoChangeNoBit) {
 
 TEST(Invariance, NamesOfTheAxesDoNotMatter) {
   const Index3 points{12, 20, 14};
-  const auto x = porous(points, 0.5);
+  const auto x = porous_block(points, h, 0.5);
   // Along x, y, z in turn, the sample turned with it. Sums have another order, and a crushed solid lets
   // roundings grow.
   const auto run = [&](int turn) {
@@ -133,7 +123,7 @@ double struck_block(const Mat3& R, const Vec3& shift, const Vec3& flight) {
   const Vec3 centre = 64 * h * Vec3(1, 1, 1);
   std::vector<Vec3> x, v;
   double blow = 0;
-  for (const Vec3& p : porous(points, 1)) {
+  for (const Vec3& p : porous_block(points, h, 1)) {
     const Vec3 from_centre = p - 8 * h * Vec3(1, 1, 1);
     const Vec3 struck = Vec3(1, 0.5, 0.25) * std::exp(-20 * (p - Vec3(0.1, 0.1, 0.1)).squaredNorm());
     x.push_back(centre + shift + R * from_centre);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "blocks.h"
 #include "observables/observer.h"
 #include "simulation.h"
 #include "time_step.h"
@@ -12,14 +13,6 @@ namespace {
 
 Material elastic() {
   return {1e4, {10e9, 0.3}, std::nullopt};
-}
-
-std::vector<Vec3> block(const Index3& points, double h, const Vec3& corner = Vec3::Zero()) {
-  std::vector<Vec3> x;
-  for (int i = 0; i < points[0]; ++i)
-    for (int j = 0; j < points[1]; ++j)
-      for (int k = 0; k < points[2]; ++k) x.push_back(corner + h * Vec3(i + 0.5, j + 0.5, k + 0.5));
-  return x;
 }
 
 /// A body far from all walls.

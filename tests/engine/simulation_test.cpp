@@ -3,8 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include <random>
-
+#include "blocks.h"
 #include "errors.h"
 #include "reference_step.h"
 
@@ -16,23 +15,6 @@ Material elastic(double E = 10e9, double nu = 0.3) {
 }
 Material brittle() {
   return {1e4, {10e9, 0.3}, DruckerPragerSoftening{1.2, 2.5e6, 1e6}};
-}
-
-std::vector<Vec3> lattice(const Index3& points, double h) {
-  std::vector<Vec3> x;
-  for (int i = 0; i < points[0]; ++i)
-    for (int j = 0; j < points[1]; ++j)
-      for (int k = 0; k < points[2]; ++k) x.push_back(h * Vec3(i + 0.5, j + 0.5, k + 0.5));
-  return x;
-}
-
-/// A block of `points` with random holes, so that nodes of all masses occur.
-std::vector<Vec3> porous(const Index3& points, double h, double keep) {
-  std::mt19937 random(7);
-  std::vector<Vec3> x;
-  for (const Vec3& p : lattice(points, h))
-    if (std::uniform_real_distribution<>(0, 1)(random) < keep) x.push_back(p);
-  return x;
 }
 
 struct Comparison {
@@ -99,7 +81,7 @@ SimulationSetup setup_of(const Index3& points, double h, const Material& materia
 TEST(Simulation, MatchesPlainStepInElasticTriaxialLoading) {
   const Index3 points{13, 14, 12};
   auto setup = setup_of(points, 0.05, elastic(), TriaxialLoading{0.5, -1, 2.0, WallKind::sticky});
-  const Comparison worst = compare(setup, porous(points, 0.05, 0.6), 300);
+  const Comparison worst = compare(setup, porous_block(points, 0.05, 0.6), 300);
   EXPECT_LT(worst.position, 1e-12);
   EXPECT_LT(worst.velocity, 1e-9);
   EXPECT_LT(worst.stress, 1e-9);
@@ -109,7 +91,7 @@ TEST(Simulation, MatchesPlainStepWhenYielding) {
   const Index3 points{12, 16, 12};
   auto setup = setup_of(points, 0.05, brittle(), ConfinedCompression{1, true, 5.0});
   double kappa = 0;
-  const Comparison worst = compare(setup, porous(points, 0.05, 0.5), 200, &kappa);
+  const Comparison worst = compare(setup, porous_block(points, 0.05, 0.5), 200, &kappa);
   EXPECT_GT(kappa, 1e-4) << "the case must yield to say anything";
   EXPECT_LT(worst.position, 1e-9);
   EXPECT_LT(worst.kappa, 1e-6);
@@ -119,7 +101,7 @@ TEST(Simulation, MatchesPlainStepWithStraysAndShiftedGrid) {
   const Index3 points{24, 9, 8};
   auto setup = setup_of(points, 0.05, elastic(1e9), ConfinedCompression{0, false, 60.0});
   setup.numerics.grid_offset = {0.3, 0.7, 0.11};
-  const Comparison worst = compare(setup, porous(points, 0.05, 0.5), 120);
+  const Comparison worst = compare(setup, porous_block(points, 0.05, 0.5), 120);
   EXPECT_LT(worst.position, 1e-10);
   EXPECT_LT(worst.velocity, 1e-9);
 }
@@ -132,7 +114,7 @@ TEST(Simulation, MatchesPlainStepWithEveryInstructionSet) {
     use_simd(simd);
     EXPECT_EQ(kernels().simd, simd);
     double kappa = 0;
-    const Comparison worst = compare(setup, porous(points, 0.05, 0.5), 60, &kappa);
+    const Comparison worst = compare(setup, porous_block(points, 0.05, 0.5), 60, &kappa);
     EXPECT_GT(kappa, 1e-4) << "the case must yield to say anything";
     EXPECT_LT(worst.position, 1e-9) << simd;
     EXPECT_LT(worst.kappa, 1e-6) << simd;
@@ -147,7 +129,7 @@ TEST(Simulation, MatchesPlainStepInPicTransfer) {
   auto setup = setup_of(points, 0.05, brittle(), ConfinedCompression{1, true, 5.0});
   setup.numerics.flip = 0;
   double kappa = 0;
-  const Comparison worst = compare(setup, porous(points, 0.05, 0.5), 200, &kappa);
+  const Comparison worst = compare(setup, porous_block(points, 0.05, 0.5), 200, &kappa);
   EXPECT_GT(kappa, 1e-6) << "the case must yield to say anything";
   EXPECT_LT(worst.position, 1e-9);
   EXPECT_LT(worst.velocity, 1e-6);
@@ -157,7 +139,7 @@ TEST(Simulation, MatchesPlainStepAtTheTip) {
   const Index3 points{12, 12, 12};
   auto setup = setup_of(points, 0.05, brittle(), TriaxialLoading{0, 1, 2.0, WallKind::sticky});
   double kappa = 0;
-  const Comparison worst = compare(setup, lattice(points, 0.05), 150, &kappa);
+  const Comparison worst = compare(setup, block(points, 0.05), 150, &kappa);
   EXPECT_GT(kappa, 1e-6) << "the case must yield to say anything";
   EXPECT_LT(worst.position, 1e-9);
   EXPECT_LT(worst.kappa, 1e-6);
@@ -166,8 +148,8 @@ TEST(Simulation, MatchesPlainStepAtTheTip) {
 TEST(Simulation, MatchesPlainStepAtLargeStrainBeyondTheSeries) {
   const Index3 points{12, 20, 12};
   auto setup = setup_of(points, 0.05, elastic(1e6), ConfinedCompression{1, true, 3.0});
-  Simulation engine(setup, lattice(points, 0.05));
-  const Comparison worst = compare(setup, lattice(points, 0.05), 40);
+  Simulation engine(setup, block(points, 0.05));
+  const Comparison worst = compare(setup, block(points, 0.05), 40);
   for (int n = 0; n < 40; ++n) engine.step(false);
   EXPECT_LT(engine.walls().strain()[1], -0.3);  // |dev h| = 0.4
   EXPECT_LT(worst.position, 1e-10);
@@ -178,7 +160,7 @@ TEST(Simulation, MatchesPlainStepWhenJammed) {
   const Index3 points{12, 16, 12};
   auto setup = setup_of(points, 0.05, brittle(), ConfinedCompression{1, true, 60.0});
   setup.material.elasticity.young_modulus = 1e9;
-  const auto positions = porous(points, 0.05, 0.7);
+  const auto positions = porous_block(points, 0.05, 0.7);
   Simulation engine(setup, positions);
   for (int n = 0; n < 38; ++n) engine.step(true);
   const Comparison worst = compare(setup, positions, 38);
@@ -191,7 +173,7 @@ TEST(Simulation, MatchesPlainStepWithHundredsOfParticlesInACell) {
   const Index3 points{30, 28, 26};
   auto setup = setup_of(points, 0.02, brittle(), ConfinedCompression{1, true, 5.0});
   setup.cell_size = 0.13;  // 275 a cell: several chunks of the pass
-  const Comparison worst = compare(setup, lattice(points, 0.02), 20);
+  const Comparison worst = compare(setup, block(points, 0.02), 20);
   EXPECT_LT(worst.position, 1e-10);
   EXPECT_LT(worst.stress, 1e-9);
 }
@@ -204,7 +186,7 @@ double confined_modulus(double offset, WallRule rule) {
   setup.numerics.grid_offset = {offset, offset, offset};
   setup.numerics.wall_rule = rule;
   setup.numerics.flip = 0.8;  // rest sooner
-  Simulation simulation(setup, lattice(points, 1.0 / 32));
+  Simulation simulation(setup, block(points, 1.0 / 32));
   while (simulation.time() < 5e-3) simulation.step(false);
   simulation.step(true);
   const double stress =
@@ -229,7 +211,7 @@ TEST(Walls, UniformStressIsInEquilibriumUpToTheWalls) {
     const Index3 points{16, 16, 16};
     auto setup = setup_of(points, 1.0 / 16, elastic(), TriaxialLoading{0, -1, 0.05, kind, 2e-3});
     setup.numerics.flip = 0.8;
-    Simulation simulation(setup, lattice(points, 1.0 / 16));
+    Simulation simulation(setup, block(points, 1.0 / 16));
     while (simulation.walls().strain()[0] > -1e-3) simulation.step(false);
     simulation.step(true);
     EXPECT_LT(simulation.observed().q / std::abs(simulation.observed().tau[0]), 5e-4);
@@ -239,7 +221,7 @@ TEST(Walls, UniformStressIsInEquilibriumUpToTheWalls) {
 TEST(Walls, AbortWhenTheyCloseOnEachOther) {
   const Index3 points{8, 8, 8};
   Simulation simulation(setup_of(points, 0.05, elastic(1e9), ConfinedCompression{1, true, 30.0}),
-                        porous(points, 0.05, 0.2));
+                        porous_block(points, 0.05, 0.2));
   try {
     for (int n = 0; n < 1000; ++n) simulation.step(false);
     FAIL() << "walls passed through each other";

@@ -5,6 +5,7 @@
 #include <random>
 #include <string>
 
+#include "blocks.h"
 #include "errors.h"
 #include "observables/observer.h"
 #include "simulation.h"
@@ -23,18 +24,6 @@ Material brittle(double E = 10e9, double nu = 0.3) {
 }
 Material elastic(double E = 10e9, double nu = 0.3) {
   return {1e4, {E, nu}, std::nullopt};
-}
-
-/// Lattice points of a box, each kept with probability `share`: fragments and lone particles.
-std::vector<Vec3> porous(const Index3& points, double share, const Vec3& corner = Vec3::Zero()) {
-  std::mt19937 random(7);
-  std::uniform_real_distribution<> uniform(0, 1);
-  std::vector<Vec3> x;
-  for (int i = 0; i < points[0]; ++i)
-    for (int j = 0; j < points[1]; ++j)
-      for (int k = 0; k < points[2]; ++k)
-        if (uniform(random) < share) x.push_back(corner + h * Vec3(i + 0.5, j + 0.5, k + 0.5));
-  return x;
 }
 
 SimulationSetup between_platens(const Index3& points, const Material& material, double speed) {
@@ -85,7 +74,7 @@ double energy_growth(const Material& material, const Numerics& numerics = {}, in
                      double strain = 1e-4) {
   SimulationSetup setup = free_body(material);
   setup.numerics = numerics;
-  const auto x = porous({12, 12, 12}, 0.3, 40 * h * Vec3(1, 1, 1));
+  const auto x = porous_block({12, 12, 12}, h, 0.3, 40 * h * Vec3(1, 1, 1));
   Simulation s(setup, x, random_velocities(x.size(), strain * elastic_wave_speed(material)));
   const double first = s.kinetic_energy();
   double most = 0;
@@ -112,7 +101,7 @@ struct Crushed {
 /// Crushes a porous block to a strain.
 Crushed crush(const Material& material, double until, double speed, double share = 0.5,
               const Index3& points = {12, 24, 12}) {
-  Simulation s(between_platens(points, material, speed), porous(points, share));
+  Simulation s(between_platens(points, material, speed), porous_block(points, h, share));
   Observer observer(s);
   Crushed result;
   while (Observer::loading_strain(s) < until) {
@@ -286,7 +275,7 @@ TEST(Stability, AStepThatWouldInvertAParticleIsHalved) {
 
 TEST(Stability, ATimeStepThatDoesNotAdvanceTheTimeAborts) {
   SimulationSetup setup = free_body(elastic());
-  const auto x = porous({8, 8, 8}, 1, 40 * h * Vec3(1, 1, 1));
+  const auto x = porous_block({8, 8, 8}, h, 1, 40 * h * Vec3(1, 1, 1));
   std::vector<Vec3> v(x.size(), Vec3::Zero());
   v[100] = {1e200, 0, 0};
   Simulation s(setup, x, v);
@@ -296,7 +285,7 @@ TEST(Stability, ATimeStepThatDoesNotAdvanceTheTimeAborts) {
 }
 
 TEST(Stability, ClosingWallsAbort) {
-  Simulation s(between_platens({8, 8, 8}, elastic(1e9), 30), porous({8, 8, 8}, 0.2));
+  Simulation s(between_platens({8, 8, 8}, elastic(1e9), 30), porous_block({8, 8, 8}, h, 0.2));
   const std::string message = abort_message(s, 1000);
   print("walls that close on each other", "aborts", message);
   EXPECT_NE(message.find("walls along y"), std::string::npos) << message;
@@ -307,7 +296,7 @@ TEST(Stability, FarFromTheOrigin) {
   const auto run = [](const Vec3& shift) {
     SimulationSetup setup = free_body(elastic());
     setup.box_size += 2 * shift;
-    const auto x = porous({8, 8, 8}, 0.6, 40 * h * Vec3(1, 1, 1) + shift);
+    const auto x = porous_block({8, 8, 8}, h, 0.6, 40 * h * Vec3(1, 1, 1) + shift);
     Simulation s(setup, x, random_velocities(x.size(), 0.1));
     for (int n = 0; n < 300; ++n) s.step(true);
     return energy(s);
@@ -323,7 +312,7 @@ TEST(Stability, OpeningAndClosingCycles) {
   Material material = brittle();
   material.plasticity->cohesion = 0;
   const Index3 points{16, 16, 16};
-  const auto x = porous(points, 0.3);
+  const auto x = porous_block(points, h, 0.3);
   SimulationSetup setup = between_platens(points, material, 1e-30);
   setup.numerics.flip = 1;
   Simulation s(setup, x, random_velocities(x.size(), 10));
