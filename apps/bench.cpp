@@ -332,8 +332,8 @@ CLI::App* add_bench_command(CLI::App& app) {
   command->add_flag("--json", options->json, "Report as JSON on stdout");
   command
       ->add_option("--simd", options->simd,
-                   "Instruction set to measure instead of the best: " +
-                       fmt::format("{}", fmt::join(available_simd(), ", ")))
+                   fmt::format("Instruction set to measure instead of the best: {}",
+                               fmt::join(available_simd(), ", ")))
       ->type_name("NAME");
   add_set_option(*command, *options);
   add_threads_option(*command, *options);
@@ -355,12 +355,11 @@ CLI::App* add_bench_command(CLI::App& app) {
       "  anticrack bench --options\n"
       "  anticrack bench --curves out/throughput --most-particles 5e7 --steps 10 --rounds 3");
   command->callback([options] {
-    if (options->options || !options->curves.empty()) {
-      if (!options->scene.empty() || !options->set.empty() || options->json)
-        throw InputError(
-            "bench: --options and --curves have scenes and reports of their own; expected neither SCENE, "
-            "--set nor --json.");
-    }
+    const bool own_scenes = options->options || !options->curves.empty();
+    if (own_scenes && (!options->scene.empty() || !options->set.empty() || options->json))
+      throw InputError(
+          "bench: --options and --curves have scenes and reports of their own; expected neither SCENE, "
+          "--set nor --json.");
     use_simd(options->simd);
     if (options->options) return bench_options(*options);
     if (!options->curves.empty()) return bench_curves(*options);

@@ -63,8 +63,9 @@ struct Walls::Reach {
   int last;
   int mirror;  ///< first free node at least half a cell inside; the ghost rule extrapolates from it
   bool upper;
-  int ghosts = 0;   ///< planes beyond the wall that a particle inside reaches
-  double ratio[4];  ///< (x_g - x_w) / (x_j - x_w) of the k-th plane outward from the mirror
+  static constexpr int most_ghosts = 3;
+  int ghosts = 0;                 ///< planes outward from the mirror that a particle inside reaches
+  double ratio[most_ghosts + 1];  ///< (x_g - x_w) / (x_j - x_w) of the k-th plane outward from the mirror
 
   Reach(const Wall& wall, WallRule rule, double cell_size, double offset) : upper(wall.upper) {
     const double inward = wall.upper ? -1 : 1;
@@ -75,7 +76,7 @@ struct Walls::Reach {
     } else {
       mirror = last = upper ? int(std::ceil(X)) : int(std::floor(X));
     }
-    while (ghosts < 3 && extrapolates(ghost(ghosts + 1))) ++ghosts;
+    while (ghosts < most_ghosts && extrapolates(ghost(ghosts + 1))) ++ghosts;
     for (int k = 0; k <= ghosts; ++k) ratio[k] = (ghost(k) - X) / (mirror - X);
   }
   bool holds(int node) const { return upper ? node >= last : node <= last; }
@@ -161,20 +162,21 @@ struct Walls::Ties {
     Node* node;
     std::array<std::int8_t, 3> out;  ///< planes outward from the mirror
   };
+  static constexpr int planes = Reach::most_ghosts + 1, most = planes * planes * planes;
   std::uint32_t axes = 0;  ///< bit a
   int count = 0;
-  std::array<Tied, 64> nodes;
+  std::array<Tied, most> nodes;
 
   void find(const SparseGrid& grid, std::uint32_t leaf, const Index3& mirror, std::uint32_t along,
             const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach) {
     axes = along;
     count = 0;
-    std::int8_t planes[3];
-    for (int a = 0; a < 3; ++a) planes[a] = axes >> a & 1 ? reach[roles[a].mirroring].ghosts : 0;
+    int last[3];
+    for (int a = 0; a < 3; ++a) last[a] = axes >> a & 1 ? reach[roles[a].mirroring].ghosts : 0;
     std::array<std::int8_t, 3> out;
-    for (out[0] = 0; out[0] <= planes[0]; ++out[0])
-      for (out[1] = 0; out[1] <= planes[1]; ++out[1])
-        for (out[2] = 0; out[2] <= planes[2]; ++out[2]) {
+    for (out[0] = 0; out[0] <= last[0]; ++out[0])
+      for (out[1] = 0; out[1] <= last[1]; ++out[1])
+        for (out[2] = 0; out[2] <= last[2]; ++out[2]) {
           Index3 at = mirror;
           for (int a = 0; a < 3; ++a)
             if (out[a] > 0) at[a] = reach[roles[a].mirroring].ghost(out[a]);
@@ -215,7 +217,7 @@ void Walls::set_held(const Index3& at, Node& node, int c, std::uint32_t axes, do
 /// Were the forces on ghosts dropped instead, a uniform stress would not be in equilibrium at the wall.
 void Walls::set_tied(const Ties& ties, const Index3& mirror, int c, double ramp,
                      const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach, Part& part) const {
-  double r[64], b[64], wall_velocity[3] = {}, momentum = 0, mass = 0;
+  double r[Ties::most], b[Ties::most], wall_velocity[3] = {}, momentum = 0, mass = 0;
   int last = -1;
   for (int a = 0; a < 3; ++a) {
     if (!(ties.axes >> a & 1)) continue;
