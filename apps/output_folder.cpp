@@ -74,7 +74,7 @@ void remove_run(const fs::path& folder) {
 
 }  // namespace
 
-void check_output_folder(const fs::path& folder, ExistingFolder existing) {
+void check_output_folder(const fs::path& folder, ExistingFolder existing, const char* resumed_from) {
   if (folder.empty()) throw InputError("-o: the output folder has no name.");
   check_writable(folder, folder);
   std::error_code error;
@@ -86,8 +86,9 @@ void check_output_folder(const fs::path& folder, ExistingFolder existing) {
         "--force to replace that run, or another -o.",
         folder.string()));
   }
-  if (existing == ExistingFolder::resume && !fs::exists(folder / "scene.toml", error)) {
-    throw InputError(fmt::format("{}: no run to resume: there is no scene.toml in it.", folder.string()));
+  if (existing == ExistingFolder::resume && !fs::exists(folder / resumed_from, error)) {
+    throw InputError(
+        fmt::format("{}: no run to resume: there is no {} in it.", folder.string(), resumed_from));
   }
 }
 
@@ -108,8 +109,8 @@ FolderLock::~FolderLock() {
 
 FolderLock::FolderLock(FolderLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
 
-FolderLock prepare_output_folder(const fs::path& folder, ExistingFolder existing) {
-  check_output_folder(folder, existing);
+FolderLock prepare_output_folder(const fs::path& folder, ExistingFolder existing, const char* resumed_from) {
+  check_output_folder(folder, existing, resumed_from);
   std::error_code error;
   fs::create_directories(folder, error);
   if (error)

@@ -10,11 +10,13 @@ enum class ExistingFolder {
   resume,   ///< --resume: the run in it goes on
 };
 
-/// Whether a run may write to the folder; changes nothing on disk.
+/// Whether a run may write to the folder; changes nothing on disk. `resumed_from`: the file that it goes on
+/// from.
 /// @throws InputError  the folder holds something (unless `existing` allows it), holds no run to resume, is a
 /// file, or could
 ///   not be created or written, with the system's reason
-void check_output_folder(const std::filesystem::path& folder, ExistingFolder existing);
+void check_output_folder(const std::filesystem::path& folder, ExistingFolder existing,
+                         const char* resumed_from = "scene.toml");
 
 /// Keeps other programs that ask for it out of a folder as long as it lives; a killed program leaves none.
 class FolderLock {
@@ -33,7 +35,8 @@ class FolderLock {
 /// history.csv, frames/, ...) and leaves every other file.
 /// @throws InputError  as above, or another run is writing there. @throws FileError  a file could not be
 ///   removed or the folder not created
-[[nodiscard]] FolderLock prepare_output_folder(const std::filesystem::path& folder, ExistingFolder existing);
+[[nodiscard]] FolderLock prepare_output_folder(const std::filesystem::path& folder, ExistingFolder existing,
+                                               const char* resumed_from = "scene.toml");
 
 /// Whether a single output file may be written: its folder exists or can be made, and it is not there yet or
 /// `force` is set.

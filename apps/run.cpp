@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <fstream>
 #include <memory>
 #include <string>
@@ -20,6 +19,7 @@
 #include "run_folder.h"
 #include "sample.h"
 #include "scene.h"
+#include "stop_signal.h"
 #include "time_step.h"
 
 namespace anticrack {
@@ -31,28 +31,6 @@ struct RunOptions : CommonOptions {
   bool force = false, resume = false, dry_run = false, save_grid = false;
   std::int64_t max_steps = 0;       ///< 0: no limit
   double max_walltime_minutes = 0;  ///< 0: no limit
-};
-
-volatile std::sig_atomic_t stop_requested = 0;
-
-/// While it lives, Ctrl-C and SIGTERM ask the run to stop at the next step; a second one acts as usual.
-class StopOnSignal {
- public:
-  StopOnSignal() {
-    stop_requested = 0;
-    struct sigaction action = {};
-    action.sa_handler = [](int) { stop_requested = 1; };
-    action.sa_flags = int(SA_RESETHAND);
-    sigaction(SIGINT, &action, &old_interrupt_);
-    sigaction(SIGTERM, &action, &old_terminate_);
-  }
-  ~StopOnSignal() {
-    sigaction(SIGINT, &old_interrupt_, nullptr);
-    sigaction(SIGTERM, &old_terminate_, nullptr);
-  }
-
- private:
-  struct sigaction old_interrupt_, old_terminate_;
 };
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -179,7 +157,6 @@ class Run {
   }
 
   void to_end() {
-    const StopOnSignal signals;
     first_step_ = simulation_->steps();
     const double dx_strain = frame_interval(scene_);
     auto last_checkpoint = std::chrono::steady_clock::now();
@@ -228,7 +205,7 @@ class Run {
       return "until_strain";
     if (std::holds_alternative<UntilFailure>(scene_.until) && observer_->failure()) return "failure";
     if (options_.max_steps && simulation_->steps() >= options_.max_steps) return "max_steps";
-    if (stop_requested) return "signal";
+    if (signals_.requested()) return "signal";
     if (options_.max_walltime_minutes > 0 && seconds_since(start_) > 60 * options_.max_walltime_minutes)
       return "max_walltime";
     return {};
@@ -275,6 +252,7 @@ class Run {
   const Sample& sample_;
   const RunOptions& options_;
   Progress progress_;
+  StopOnSignal signals_;
   int threads_;
   std::optional<FolderLock> lock_;
   std::optional<Simulation> simulation_;

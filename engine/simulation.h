@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -17,6 +18,9 @@
 
 namespace anticrack {
 
+/// Acceleration of a body force [m/s^2] at a node's place [m] and a time [s]; called from several threads.
+using BodyAcceleration = std::function<Vec3(const Vec3& x, double time)>;
+
 /// A sample and what happens to it.
 struct SimulationSetup {
   Vec3 box_size;           ///< [m]; the sample box is [0, box_size]
@@ -25,6 +29,7 @@ struct SimulationSetup {
   Material material;
   Loading loading;
   Numerics numerics;
+  BodyAcceleration body_acceleration = {};  ///< none by default
 };
 
 /// What accumulates over a run. All energies in J.
@@ -33,6 +38,7 @@ struct Ledger {
   double numerical_dissipation =
       0;                 ///< lost by the transfers between particles and grid and in impacts on the walls
   double wall_work = 0;  ///< done by the walls
+  double body_work = 0;  ///< done by the body force
   std::array<double, 6> wall_impulse{};  ///< along +axis [N s]
   double generalized_impulse = 0;        ///< see WallAction
   std::array<double, 3> wall_virial{};   ///< see WallAction [N s m]
@@ -95,6 +101,7 @@ class Simulation {
   double flip_of_step(double dt) const;
   StepConstants constants(double dt) const;
   LeafUpdate update_grid_velocity(double dt);
+  double apply_body_force(double dt, LeafUpdate& grid);
   std::optional<std::uint32_t> inverted_particle(double dt, double max_nodal_speed) const;
   void sort_if_due();
   using BlockKernel = decltype(Kernels::advance_block);

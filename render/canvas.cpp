@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <regex>
 #include <vector>
 
@@ -180,6 +181,12 @@ void Canvas::polyline(std::span<const std::array<double, 2>> points, double widt
   cairo_move_to(state_->cairo, points[0][0], points[0][1]);
   for (const auto& p : points.subspan(1)) cairo_line_to(state_->cairo, p[0], p[1]);
   cairo_stroke(state_->cairo);
+}
+
+void Canvas::disc(double x, double y, double radius, Color color) {
+  state_->color(color);
+  cairo_arc(state_->cairo, x, y, radius, 0, 2 * std::numbers::pi);
+  cairo_fill(state_->cairo);
 }
 
 void Canvas::fill(double x, double y, double width, double height, Color color) {

@@ -44,6 +44,7 @@ class Canvas {
   void vertical_text(double x, double y, std::string_view text, double size, Color color = ink);
   void line(double x0, double y0, double x1, double y1, double width, Color color = ink);
   void polyline(std::span<const std::array<double, 2>> points, double width, Color color);
+  void disc(double x, double y, double radius, Color color);
   void fill(double x, double y, double width, double height, Color color);
   void frame(double x, double y, double width, double height, double line_width, Color color = ink);
   void picture(int x, int y, const Image& image);

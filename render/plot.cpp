@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "annotation.h"
 #include "errors.h"
@@ -16,16 +17,32 @@ constexpr Canvas::Color curve_colors[] = {{0.10, 0.10, 0.10}, {0.00, 0.45, 0.70}
                                           {0.00, 0.62, 0.45}, {0.80, 0.47, 0.65}, {0.34, 0.71, 0.91},
                                           {0.90, 0.62, 0.00}, {0.60, 0.55, 0.10}};
 
-struct Range {
+struct Axis {
+  bool logarithmic = false;
   double low = INFINITY;
   double high = -INFINITY;
+
+  bool shows(double v) const { return std::isfinite(v) && (!logarithmic || v > 0); }
+  /// Where the axis is even.
+  double scale(double v) const { return logarithmic ? std::log10(v) : v; }
+  double share(double v) const { return (scale(v) - scale(low)) / (scale(high) - scale(low)); }
 
   void include(double v) {
     low = std::min(low, v);
     high = std::max(high, v);
   }
-  /// A little air, but an axis that starts at zero stays there.
+  /// A little air. A linear axis that starts at zero stays there; a logarithmic one has two marks at least.
   void pad() {
+    if (logarithmic) {
+      const double air = std::pow(10.0, 0.05 * std::log10(high / low) + 0.03);
+      low /= air;
+      high *= air;
+      if (ticks(2).values.size() < 2) {
+        low = std::min(low, std::pow(10.0, std::floor(std::log10(low) + 0.3)));
+        high = std::max(high, std::pow(10.0, std::ceil(std::log10(high) - 0.3)));
+      }
+      return;
+    }
     double air = 0.04 * (high - low);
     if (!(air > 0)) air = high != 0 ? 0.5 * std::abs(high) : 1;
     if (!(low >= 0 && low < 2 * air)) {
@@ -35,15 +52,18 @@ struct Range {
     }
     high += air;
   }
+  Ticks ticks(int count) const {
+    return logarithmic ? logarithmic_ticks(low, high) : linear_ticks(low, high, count);
+  }
 };
 
 struct Axes {
-  Range x, y;
+  Axis x, y;
   Rectangle box;
 
+  bool shows(double px, double py) const { return x.shows(px) && y.shows(py); }
   std::array<double, 2> place(double px, double py) const {
-    return {box.x + box.width * (px - x.low) / (x.high - x.low),
-            box.y + box.height * (y.high - py) / (y.high - y.low)};
+    return {box.x + box.width * x.share(px), box.y + box.height * (1 - y.share(py))};
   }
 };
 
@@ -56,13 +76,59 @@ template <class Draw>
 void for_each_stretch(const Curve& curve, const Axes& axes, Draw&& draw) {
   std::vector<std::array<double, 2>> stretch;
   for (std::size_t i = 0; i <= curve.x.size(); ++i) {
-    if (i < curve.x.size() && std::isfinite(curve.x[i]) && std::isfinite(curve.y[i])) {
+    if (i < curve.x.size() && axes.shows(curve.x[i], curve.y[i])) {
       stretch.push_back(axes.place(curve.x[i], curve.y[i]));
     } else if (!stretch.empty()) {
       draw(stretch);
       stretch.clear();
     }
   }
+}
+
+void draw_marker(Canvas& canvas, Marker marker, double x, double y, double radius, Canvas::Color color) {
+  const double width = 0.45 * radius;
+  switch (marker) {
+    case Marker::none:
+      return;
+    case Marker::filled:
+      return canvas.disc(x, y, radius, color);
+    case Marker::hollow:
+      canvas.disc(x, y, radius, color);
+      return canvas.disc(x, y, radius - width, {1, 1, 1});
+    case Marker::cross:
+      canvas.line(x - radius, y - radius, x + radius, y + radius, width, color);
+      return canvas.line(x - radius, y + radius, x + radius, y - radius, width, color);
+  }
+}
+
+void draw_curve(Canvas& canvas, const Curve& curve, const Axes& axes, double size, Canvas::Color color) {
+  if (curve.stroke == Stroke::broad) {
+    for_each_stretch(curve, axes, [&](const auto& points) {
+      canvas.polyline(points, 0.9 * size, {0.87, 0.87, 0.87});
+    });
+    return;
+  }
+  for_each_stretch(curve, axes, [&](const auto& points) { canvas.polyline(points, size / 8, color); });
+  for (std::size_t i = 0; i < curve.markers.size(); ++i) {
+    const bool above = curve.y[i] == INFINITY;
+    if (!axes.shows(curve.x[i], above ? axes.y.high : curve.y[i])) continue;
+    auto [x, y] = axes.place(curve.x[i], above ? axes.y.high : curve.y[i]);
+    if (above) y += 0.5 * size;
+    draw_marker(canvas, curve.markers[i], x, y, size / 3.2, color);
+  }
+}
+
+/// A right triangle whose hypotenuse has the slope, and the exponent beside it.
+void draw_slope(Canvas& canvas, const Slope& slope, const Axes& axes, double size) {
+  const double y_end = slope.y * std::pow(slope.x_end / slope.x, slope.exponent);
+  if (!axes.shows(slope.x, slope.y) || !axes.shows(slope.x_end, y_end)) return;
+  const auto corner = axes.place(slope.x, y_end), start = axes.place(slope.x, slope.y),
+             end = axes.place(slope.x_end, y_end);
+  const std::array<double, 2> around[] = {start, corner, end, start};
+  canvas.polyline(around, size / 12, Canvas::ink);
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f", std::abs(slope.exponent));
+  canvas.text(corner[0] - 0.3 * size, 0.5 * (corner[1] + start[1]) + 0.36 * size, text, 0.9 * size, 1);
 }
 
 void draw_legend(Canvas& canvas, const Plot& plot, const Axes& axes, double size) {
@@ -108,7 +174,10 @@ void draw_legend(Canvas& canvas, const Plot& plot, const Axes& axes, double size
     const Curve& curve = plot.curves[i];
     if (curve.label.empty()) continue;
     const double x = best.x + 0.6 * size;
-    canvas.line(x, y, x + sample, y, size / 8, curve_colors[i % std::size(curve_colors)]);
+    if (curve.stroke == Stroke::broad)
+      canvas.line(x, y, x + sample, y, 0.9 * size, {0.87, 0.87, 0.87});
+    else
+      canvas.line(x, y, x + sample, y, size / 8, curve_colors[i % std::size(curve_colors)]);
     canvas.text(x + sample + 0.5 * size, y + 0.36 * size, curve.label, size);
     y += line;
   }
@@ -119,13 +188,20 @@ void draw_legend(Canvas& canvas, const Plot& plot, const Axes& axes, double size
 std::string draw_plot(const Plot& plot, DocumentFormat format, int width, int height,
                       const TextChunks& text) {
   Axes axes;
+  axes.x.logarithmic = plot.log_x;
+  axes.y.logarithmic = plot.log_y;
   for (const Curve& curve : plot.curves) {
+    if (!curve.markers.empty() && curve.markers.size() != curve.x.size()) {
+      throw InputError("curve '" + curve.label + "': " + std::to_string(curve.markers.size()) +
+                       " markers for " + std::to_string(curve.x.size()) +
+                       " points; expected equally many or none");
+    }
     if (curve.x.size() != curve.y.size()) {
       throw InputError("curve '" + curve.label + "': " + std::to_string(curve.x.size()) + " abscissas for " +
                        std::to_string(curve.y.size()) + " values; expected equally many");
     }
     for (std::size_t i = 0; i < curve.x.size(); ++i) {
-      if (!std::isfinite(curve.x[i]) || !std::isfinite(curve.y[i])) continue;
+      if (!axes.shows(curve.x[i], curve.y[i])) continue;
       axes.x.include(curve.x[i]);
       axes.y.include(curve.y[i]);
     }
@@ -137,8 +213,8 @@ std::string draw_plot(const Plot& plot, DocumentFormat format, int width, int he
   Canvas canvas(double(width), double(height), format);
   const double size = std::clamp(std::min(width / 42.0, height / 28.0), 8.0, 60.0);
   const double ascent = canvas.measure("0", size).ascent;
-  const Ticks x_ticks = linear_ticks(axes.x.low, axes.x.high, 6);
-  const Ticks y_ticks = linear_ticks(axes.y.low, axes.y.high, 6);
+  const Ticks x_ticks = axes.x.ticks(6);
+  const Ticks y_ticks = axes.y.ticks(6);
   double number_width = 0;
   for (const std::string& label : y_ticks.labels) {
     number_width = std::max(number_width, canvas.measure(label, size).width);
@@ -167,11 +243,13 @@ std::string draw_plot(const Plot& plot, DocumentFormat format, int width, int he
     canvas.line(box.x, y, box.x + box.width, y, size / 24, {0.91, 0.91, 0.91});
   }
   canvas.clipped(box.x, box.y, box.width, box.height, [&] {
-    for (std::size_t i = 0; i < plot.curves.size(); ++i) {
-      for_each_stretch(plot.curves[i], axes, [&](const auto& points) {
-        canvas.polyline(points, size / 8, curve_colors[i % std::size(curve_colors)]);
-      });
+    for (const Stroke stroke : {Stroke::broad, Stroke::thin}) {
+      for (std::size_t i = 0; i < plot.curves.size(); ++i) {
+        if (plot.curves[i].stroke != stroke) continue;
+        draw_curve(canvas, plot.curves[i], axes, size, curve_colors[i % std::size(curve_colors)]);
+      }
     }
+    for (const Slope& slope : plot.slopes) draw_slope(canvas, slope, axes, size);
   });
   canvas.frame(box.x, box.y, box.width, box.height, size / 14);
   for (std::size_t i = 0; i < x_ticks.values.size(); ++i) {

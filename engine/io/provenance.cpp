@@ -37,7 +37,7 @@ std::string_view program_commit() {
   return ANTICRACK_COMMIT;
 }
 
-void write_provenance(const std::filesystem::path& file, std::string_view simd_target, int threads) {
+std::string provenance_text(std::string_view simd_target, int threads) {
   nlohmann::ordered_json json;
   json["program"] = "anticrack";
   json["version"] = program_version();
@@ -49,7 +49,11 @@ void write_provenance(const std::filesystem::path& file, std::string_view simd_t
   json["simd"] = simd_target;
   json["threads"] = threads;
   json["started_utc"] = now_utc();
-  write_text_atomically(file, json.dump(2) + "\n");
+  return json.dump(2) + "\n";
+}
+
+void write_provenance(const std::filesystem::path& file, std::string_view simd_target, int threads) {
+  write_text_atomically(file, provenance_text(simd_target, threads));
 }
 
 }  // namespace anticrack
