@@ -82,12 +82,14 @@ void Simulation::step(bool observe) {
   if (!(time_ + c.dt > time_)) fail_to_advance(c.dt);
   const double kinetic_before = kinetic_energy();
   LapTimer timer;
+  if (setup_.body_acceleration)
+    add_body_force(setup_.body_acceleration, time_, mass_, setup_.cell_size,
+                   Vec3(setup_.numerics.grid_offset.data()), particles_, strays_, cells_, grid_);
+  phase_seconds_.body += timer.lap();
   LeafUpdate grid;
-  double body_work = 0;
   WallAction action;
   for (int halvings = 0;; ++halvings) {
     grid = update_grid_velocity(c.dt);  // lines 2, 3, 5
-    if (setup_.body_acceleration) body_work = apply_body_force(c.dt, grid);
     phase_seconds_.grid += timer.lap();
     action = walls_.apply(grid_, time_);  // line 6
     phase_seconds_.walls += timer.lap();
@@ -109,12 +111,11 @@ void Simulation::step(bool observe) {
   walls_.move(time_, dt);
 
   // Energy lost by particle -> grid, by grid -> particle and at the walls, each measured where it happens.
-  ledger_.numerical_dissipation +=
-      (kinetic_before - grid.kinetic_before) +
-      (grid.kinetic_after + body_work + action.kinetic_change - kinetic_energy()) + action.impact_loss;
+  ledger_.numerical_dissipation += (kinetic_before - grid.kinetic_before) +
+                                   (grid.kinetic_after + action.kinetic_change - kinetic_energy()) +
+                                   action.impact_loss;
   ledger_.plastic_dissipation += setup_.particle_volume * sums_.plastic_dissipation;
   ledger_.wall_work += action.work;
-  ledger_.body_work += body_work;
   ledger_.generalized_impulse += action.generalized_impulse;
   for (int w = 0; w < 6; ++w) ledger_.wall_impulse[w] += action.normal_impulse[w];
   for (int a = 0; a < 3; ++a) ledger_.wall_virial[a] += action.virial[a];
@@ -152,37 +153,6 @@ LeafUpdate Simulation::update_grid_velocity(double dt) {
     sum.max_speed_squared = std::max(sum.max_speed_squared, u.max_speed_squared);
   }
   return sum;
-}
-
-/// v += dt b; the work of the force. `grid` takes the new largest speed.
-double Simulation::apply_body_force(double dt, LeafUpdate& grid) {
-  struct Part {
-    double work = 0, max_speed_squared = 0;
-  };
-  std::vector<Part> parts(grid_.leaves().size());
-  tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t l) {
-    const SparseGrid::Leaf& leaf = grid_.leaves()[l];
-    for (int n = 0; n < block_cells; ++n) {
-      Node& node = leaf.nodes[n];
-      if (node.mass <= 0) continue;
-      const Index3 in_leaf{n >> 4, n >> 2 & 3, n & 3};
-      Vec3 x;
-      for (int a = 0; a < 3; ++a)
-        x[a] = setup_.cell_size * (leaf.origin[a] * block_edge + in_leaf[a] + setup_.numerics.grid_offset[a]);
-      const Vec3 dv = dt * setup_.body_acceleration(x, time_);
-      const Vec3 v = Vec3(node.velocity) + dv;
-      parts[l].work += node.mass * dv.dot(v - 0.5 * dv);
-      parts[l].max_speed_squared = std::max(parts[l].max_speed_squared, v.squaredNorm());
-      for (int a = 0; a < 3; ++a) node.velocity[a] = v[a];
-      for (int a = 0; a < 3; ++a) node.increment[a] += dv[a];
-    }
-  });
-  double work = 0;
-  for (const Part& part : parts) {
-    work += part.work;
-    grid.max_speed_squared = std::max(grid.max_speed_squared, part.max_speed_squared);
-  }
-  return work;
 }
 
 std::optional<std::uint32_t> Simulation::inverted_particle(double dt, double max_nodal_speed) const {

@@ -2,13 +2,13 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "activation.h"
+#include "body_force.h"
 #include "io/checkpoint.h"
 #include "kernels.h"
 #include "numerics.h"
@@ -18,9 +18,6 @@
 
 namespace anticrack {
 
-/// Acceleration of a body force [m/s^2] at a node's place [m] and a time [s]; called from several threads.
-using BodyAcceleration = std::function<Vec3(const Vec3& x, double time)>;
-
 /// A sample and what happens to it.
 struct SimulationSetup {
   Vec3 box_size;           ///< [m]; the sample box is [0, box_size]
@@ -29,7 +26,7 @@ struct SimulationSetup {
   Material material;
   Loading loading;
   Numerics numerics;
-  BodyAcceleration body_acceleration = {};  ///< none by default
+  BodyAcceleration body_acceleration = {};  ///< none by default; its work is in no ledger
 };
 
 /// What accumulates over a run. All energies in J.
@@ -38,7 +35,6 @@ struct Ledger {
   double numerical_dissipation =
       0;                 ///< lost by the transfers between particles and grid and in impacts on the walls
   double wall_work = 0;  ///< done by the walls
-  double body_work = 0;  ///< done by the body force
   std::array<double, 6> wall_impulse{};  ///< along +axis [N s]
   double generalized_impulse = 0;        ///< see WallAction
   std::array<double, 3> wall_virial{};   ///< see WallAction [N s m]
@@ -48,6 +44,7 @@ struct Ledger {
 struct PhaseSeconds {
   double grid = 0;    ///< leaves sum tiles and update velocities (lines 2, 3, 5)
   double walls = 0;   ///< line 6
+  double body = 0;    ///< body force, where there is one
   double sort = 0;    ///< particles into their cells, blocks and leaves into being
   double pass = 0;    ///< particles at home: lines 7-13, and 2-4 of the next step
   double strays = 0;  ///< the same for strays, and finding them
@@ -101,7 +98,6 @@ class Simulation {
   double flip_of_step(double dt) const;
   StepConstants constants(double dt) const;
   LeafUpdate update_grid_velocity(double dt);
-  double apply_body_force(double dt, LeafUpdate& grid);
   std::optional<std::uint32_t> inverted_particle(double dt, double max_nodal_speed) const;
   void sort_if_due();
   using BlockKernel = decltype(Kernels::advance_block);

@@ -89,9 +89,8 @@ HistoryRow Observer::record(const Simulation& simulation, double wall_seconds) {
   row.numerical_dissipation = ledger.numerical_dissipation;
   row.wall_work = ledger.wall_work;
   const double stored = row.kinetic_energy + row.elastic_energy + row.plastic_dissipation;
-  const double work = row.wall_work + ledger.body_work;
-  const double balance = stored + row.numerical_dissipation - work;
-  const double scale = std::max(stored, std::abs(work));
+  const double balance = stored + row.numerical_dissipation - row.wall_work;
+  const double scale = std::max(stored, std::abs(row.wall_work));
   row.energy_residual = scale > 0 ? balance / scale : 0;
   row.solid_fraction = solid_fraction;
   row.plastic_fraction = sums.plastic / double(simulation.particles().count);
