@@ -54,7 +54,7 @@ class GeneralizedVortex {
   GeneralizedVortex(const Material& material, double amplitude, double period, const Vec3& centre);
 
   bool contains(const Vec3& X) const;
-  double end_time() const { return 1.5 * period_; }
+  double end_time() const { return period_; }
   Vec3 displacement(const Vec3& X, double t) const;
   Vec3 velocity(const Vec3& X, double t) const;
   SymmetricTensor kirchhoff_stress(const Vec3& X, double t) const;

@@ -55,15 +55,22 @@ bool everywhere(const Vec3&) {
   return true;
 }
 
-/// Steps while `go_on` holds, and what they took without the body force, which other runs do not have.
-template <class GoOn, class Step>
-void take_steps(Simulation& simulation, Solution& solution, GoOn go_on, Step step) {
-  const auto start = std::chrono::steady_clock::now();
-  while (go_on()) step();
-  solution.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() -
-                     simulation.phase_seconds().body;
+/// Steps until `end_time`, observing every `observe_every`-th (0: none), with `after` each; and what the
+/// steps took without the body force, which other runs do not have.
+template <class After>
+Solution take_steps(Simulation& simulation, double end_time, int observe_every, After after) {
+  using Clock = std::chrono::steady_clock;
+  Solution solution;
+  while (simulation.time() < end_time) {
+    const auto start = Clock::now();
+    simulation.step(observe_every > 0 && (simulation.steps() + 1) % observe_every == 0);
+    solution.seconds += std::chrono::duration<double>(Clock::now() - start).count();
+    after();
+  }
+  solution.seconds -= simulation.phase_seconds().body;
   solution.steps = simulation.steps();
   solution.particles = std::int64_t(simulation.particles().count);
+  return solution;
 }
 
 /// Kirchhoff stress of every particle, storage order [Pa].
@@ -87,21 +94,26 @@ double squared_norm(const SymmetricTensor& t) {
   return sum;
 }
 
-/// Relative L2 error of the stress over the particles; exact(i): of the i-th of the initial positions.
-template <class Exact>
-double stress_error(const Simulation& simulation, Exact exact) {
-  const std::vector<SymmetricTensor> tau = kirchhoff_stresses(simulation);
+/// Sums of squares for a relative L2 error.
+struct SquaredError {
   double error = 0, norm = 0;
+  double relative() const { return std::sqrt(error / norm); }
+};
+
+/// Adds the stress of all particles; exact(i): of the i-th of the initial positions.
+template <class Exact>
+void add_stress(const Simulation& simulation, Exact exact, SquaredError& sum) {
+  const std::vector<SymmetricTensor> tau = kirchhoff_stresses(simulation);
   for (std::size_t n = 0; n < tau.size(); ++n) {
     const SymmetricTensor should = exact(simulation.particles().id[n]);
     SymmetricTensor difference;
     for (int e = 0; e < 6; ++e) difference[e] = tau[n][e] - should[e];
-    error += squared_norm(difference), norm += squared_norm(should);
+    sum.error += squared_norm(difference), sum.norm += squared_norm(should);
   }
-  return std::sqrt(error / norm);
 }
 
-/// A motion that a body force enforces, from its start to its end; errors of displacement and stress there.
+/// A motion that a body force enforces, from its start to its end. Errors over all particles and 24 times: a
+/// single time may be one at which waves of error cancel.
 template <class Motion>
 Solution solve_motion(const Motion& motion, SimulationSetup setup, const std::vector<Vec3>& X) {
   setup.body_acceleration = [motion](const Vec3& x, double t) { return motion.body_acceleration(x, t); };
@@ -113,22 +125,23 @@ Solution solve_motion(const Motion& motion, SimulationSetup setup, const std::ve
   for (const Vec3& place : X) v.push_back(motion.velocity(place, -0.5 * dt));
 
   Simulation simulation(setup, X, v);
-  Solution solution;
-  take_steps(
-      simulation, solution, [&] { return simulation.time() < motion.end_time(); },
-      [&] { simulation.step(false); });
-
-  const double t = simulation.time();
-  const std::vector<Vec3> x = simulation.positions();
-  double error = 0, norm = 0;
-  for (std::size_t n = 0; n < x.size(); ++n) {
-    const Vec3& start = X[simulation.particles().id[n]];
-    const Vec3 u = motion.displacement(start, t);
-    error += (x[n] - start - u).squaredNorm(), norm += u.squaredNorm();
-  }
-  const double of_stress =
-      stress_error(simulation, [&](std::uint32_t id) { return motion.kirchhoff_stress(X[id], t); });
-  solution.measures = {{"displacement", std::sqrt(error / norm), 0}, {"stress", of_stress, 0}};
+  SquaredError of_displacement, of_stress;
+  int looks = 0;
+  const auto look = [&] {
+    const double t = simulation.time();
+    if (t < (looks + 1) * motion.end_time() / 24) return;
+    ++looks;
+    const std::vector<Vec3> x = simulation.positions();
+    for (std::size_t n = 0; n < x.size(); ++n) {
+      const Vec3& start = X[simulation.particles().id[n]];
+      const Vec3 u = motion.displacement(start, t);
+      of_displacement.error += (x[n] - start - u).squaredNorm(), of_displacement.norm += u.squaredNorm();
+    }
+    add_stress(
+        simulation, [&](std::uint32_t id) { return motion.kirchhoff_stress(X[id], t); }, of_stress);
+  };
+  Solution solution = take_steps(simulation, motion.end_time(), 0, look);
+  solution.measures = {{"displacement", of_displacement.relative(), 0}, {"stress", of_stress.relative(), 0}};
   return solution;
 }
 
@@ -166,14 +179,9 @@ Solution solve_moduli(const Knobs& knobs, const Material& material, TriaxialLoad
   Simulation simulation(setup, X, v);
   Observer observer(simulation);
   const int row_every = std::max(1, int(end_time / simulation.next_time_step() / 200));
-  Solution solution;
-  take_steps(
-      simulation, solution, [&] { return simulation.time() < end_time; },
-      [&] {
-        const bool row_due = (simulation.steps() + 1) % row_every == 0;
-        simulation.step(row_due);
-        if (row_due) observer.record(simulation, 0);
-      });
+  Solution solution = take_steps(simulation, end_time, row_every, [&] {
+    if (simulation.steps() % row_every == 0) observer.record(simulation, 0);
+  });
   const HenckyElasticity& solid = material.elasticity;
   solution.measures.push_back({"K", observer.bulk_modulus().value() / solid.bulk_modulus(), exact_K});
   if (shear) solution.measures.push_back({"G", observer.shear_modulus().value() / solid.mu(), exact_K});
@@ -204,31 +212,34 @@ Solution solve_porous(const Knobs& knobs) {
                       true, unknown);
 }
 
-/// A solid block compressed along y between smooth walls until its cohesion has decayed by about 1 / e: a ray
-/// in strain space, uniform in space. The cohesion is soft enough for the block to stay uniform.
+/// A solid block compressed along y between smooth walls until its cohesion has decayed by 1 / e: a ray in
+/// strain space, uniform in space; the cohesion is soft enough for the block to stay so. By PIC: FLIP would
+/// remember that the particles at the walls know nothing of the first velocities of the nodes beyond, and
+/// send waves of that.
 Solution solve_softening(const Knobs& knobs) {
   Material material = elastic_material();
   material.plasticity = DruckerPragerSoftening{0.5, 2.5e6, 1500};
   constexpr double end_strain = 2e-3;
   const double end_time = knobs.transits / elastic_wave_speed(material);
   const double speed = 0.5 * end_strain / end_time;
-  const SimulationSetup setup =
-      make_setup(knobs, Vec3::Ones(), material, ConfinedCompression{1, true, speed});
+  SimulationSetup setup = make_setup(knobs, Vec3::Ones(), material, ConfinedCompression{1, true, speed});
+  setup.numerics.flip = 0;
   const std::vector<Vec3> X = lattice_points(knobs, Vec3::Ones(), everywhere);
   std::vector<Vec3> v;
   for (const Vec3& place : X) v.push_back({0, -2 * speed * (place[1] - 0.5), 0});
 
   Simulation simulation(setup, X, v);
-  Solution solution;
-  take_steps(
-      simulation, solution, [&] { return simulation.time() < end_time; }, [&] { simulation.step(false); });
-  const double strain = std::log1p(simulation.walls().strain()[1]);
-  const RadialPath exact = radial_path(material, {0, strain, 0});
+  Solution solution = take_steps(simulation, end_time, 0, [] {});
+  const RadialPath exact = radial_path(material, {0, std::log1p(simulation.walls().strain()[1]), 0});
   // tau = -p I + q sqrt(2/3) n, n the direction of the deviator.
   const double side = -exact.pressure + exact.q / 3, along = -exact.pressure - 2 * exact.q / 3;
-  const double of_stress =
-      stress_error(simulation, [&](std::uint32_t) { return SymmetricTensor{side, along, side, 0, 0, 0}; });
-  solution.measures = {{"stress", of_stress, 0}};
+  SquaredError of_stress;
+  add_stress(
+      simulation, [&](std::uint32_t) { return SymmetricTensor{side, along, side, 0, 0, 0}; }, of_stress);
+  double of_kappa = 0;
+  for (std::size_t n = 0; n < X.size(); ++n)
+    of_kappa += std::pow(simulation.particles().kappa[n] / exact.kappa - 1, 2) / double(X.size());
+  solution.measures = {{"stress", of_stress.relative(), 0}, {"kappa", std::sqrt(of_kappa), 0}};
   return solution;
 }
 
@@ -247,7 +258,7 @@ const std::vector<Problem>& problems() {
   static const std::vector<Problem> all = {
       {"wave", [](const Knobs& knobs) { return solve_wave(knobs, 5e-4); }, 1, 1.5, false},
       {"large_wave", [](const Knobs& knobs) { return solve_wave(knobs, 0.05); }, 1, 1.5, false},
-      {"vortex", solve_vortex, 0.5, 1.7, false},
+      {"vortex", solve_vortex, 0.5, 1.16, false},
       {"block", [](const Knobs& knobs) { return solve_block(knobs, 0.3); }, 1, 1, true},
       {"stiff_block", [](const Knobs& knobs) { return solve_block(knobs, 0.49); }, 1, 1, true},
       {"void_0.05", with_void(0.05), 0.95, 1, true},
@@ -343,10 +354,10 @@ std::vector<PrecisionCase> precision_cases(bool quick) {
     list.add_wall_rule({8, 16, 32});
   }
   CaseList vortex{"vortex", quick, cases};
-  vortex.add("", {8, 12, 16, 24, 32, 48, 64});
-  vortex.add_particles({8, 12, 16, 24, 32});
-  vortex.add_transfers({8, 16, 32, 64});
-  vortex.add_time_steps({8, 16, 32, 64});
+  vortex.add("", {8, 12, 16, 24, 32, 48});
+  vortex.add_particles({8, 12, 16, 24});
+  vortex.add_transfers({8, 16, 32});
+  vortex.add_time_steps({8, 16, 32});
 
   CaseList block{"block", quick, cases};
   for (const double offset : {0.0, 0.25, 0.5, 0.75}) {

@@ -18,8 +18,8 @@ std::string label_of(const std::string& variant) {
 }
 
 std::string error_label(const std::string& measure) {
-  return measure.size() == 1 ? fmt::format("relative error of {}", measure)
-                             : fmt::format("relative L_2 error of {}", measure);
+  const std::string kind = measure.size() == 1 ? "relative" : "relative L_2";  // a modulus is one number
+  return fmt::format("{} error of {}", kind, measure == "kappa" ? "\u03ba" : measure);
 }
 
 /// One curve a variant through its points in order of `x`.

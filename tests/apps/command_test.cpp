@@ -141,5 +141,31 @@ TEST(Command, TellsTheResolvedScene) {
   EXPECT_TRUE(contains(run("info " + scene).text, "checkpoint_minutes = 10"));
 }
 
+TEST(Command, PrecisionMeasuresResumesAndRefuses) {
+  TemporaryFolder folder;
+  const std::string out = (folder.path() / "study").string();
+  const std::string study = "precision -o " + out + " --problem softening --runs 1 --quick";
+  const Outcome whole = run(study);
+  EXPECT_EQ(whole.status, 0) << whole.text;
+  EXPECT_TRUE(contains(whole.text, "softening   stress")) << whole.text;
+  for (const char* name : {"precision.csv", "precision.json", "provenance.json"})
+    EXPECT_TRUE(fs::exists(folder.path() / "study" / name)) << name;
+
+  const Outcome again = run(study);
+  EXPECT_EQ(again.status, 2);
+  EXPECT_TRUE(contains(again.text, "exists and is not empty")) << again.text;
+  const Outcome resumed = run(study + " --resume --problem stiff_block");
+  EXPECT_EQ(resumed.status, 0) << resumed.text;
+  EXPECT_TRUE(contains(resumed.text, "softening   stress")) << resumed.text;
+  EXPECT_TRUE(contains(resumed.text, "stiff_block K")) << resumed.text;
+  const Outcome other = run("precision -o " + out + " --resume");
+  EXPECT_EQ(other.status, 2);
+  EXPECT_TRUE(contains(other.text, "a study with --quick; expected to go on with the same")) << other.text;
+  const Outcome wrong = run("precision -o " + out + "2 --problem wve");
+  EXPECT_EQ(wrong.status, 2);
+  EXPECT_TRUE(contains(wrong.text, "--problem wve; expected one of wave, large_wave, vortex")) << wrong.text;
+  EXPECT_FALSE(fs::exists(out + "2"));
+}
+
 }  // namespace
 }  // namespace anticrack

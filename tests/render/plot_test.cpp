@@ -63,10 +63,62 @@ TEST(Plot, BreaksTheLineWhereAValueIsMissing) {
   EXPECT_NO_THROW(draw_plot(plot, DocumentFormat::png));
 }
 
+/// Row of the first pixel of a column that is clearly blue, the second curve's colour; -1 if there is none.
+int first_blue(const Image& image, int column) {
+  for (int row = 0; row < image.height; ++row) {
+    const Rgb8& c = image.at(column, row);
+    if (c[2] > c[0] + 80) return row;
+  }
+  return -1;
+}
+
+TEST(Plot, PowersAreStraightOnLogarithmicAxes) {
+  Plot plot{"n", "error", {{"", {1, 100}, {1, 1}}, {"", {}, {}}}};
+  plot.log_x = plot.log_y = true;
+  for (double x = 1; x <= 100; x *= 1.05) {
+    plot.curves[1].x.push_back(x);
+    plot.curves[1].y.push_back(1 / (x * x));
+  }
+  const Image image = decode_png(draw_plot(plot, DocumentFormat::png, 900, 600));
+  const int a = first_blue(image, 300), b = first_blue(image, 500), c = first_blue(image, 700);
+  ASSERT_GT(a, 0);
+  EXPECT_GT(b - a, 50);
+  EXPECT_NEAR(c - b, b - a, 3);
+}
+
+TEST(Plot, AFailureStandsAtTheUpperEdge) {
+  Plot plot{"s", "error", {{"", {1, 100}, {1, 1e-3}}, {"", {10}, {INFINITY}, {Marker::cross}}}};
+  plot.log_x = plot.log_y = true;
+  const Image image = decode_png(draw_plot(plot, DocumentFormat::png, 900, 600));
+  int top = image.height;
+  for (int column = 100; column < 880; ++column)
+    if (const int row = first_blue(image, column); row >= 0) top = std::min(top, row);
+  EXPECT_LT(top, 50);
+}
+
+TEST(Plot, MarksEveryPointAndTellsFilledFromHollow) {
+  const auto with = [](Marker marker) {
+    Plot plot{"x", "y", {{"", {0, 10}, {0, 10}}, {"", {5}, {2}, {marker}}}};
+    const Image image = decode_png(draw_plot(plot, DocumentFormat::png, 900, 600));
+    int blue = 0;
+    for (int row = 0; row < image.height; ++row)
+      for (int column = 0; column < image.width; ++column) {
+        const Rgb8& c = image.at(column, row);
+        blue += c[2] > c[0] + 80;
+      }
+    return blue;
+  };
+  EXPECT_EQ(with(Marker::none), 0);
+  EXPECT_GT(with(Marker::hollow), 30);
+  EXPECT_GT(with(Marker::filled), with(Marker::hollow) + 20);
+}
+
 TEST(Plot, RefusesNothing) {
   EXPECT_THROW(draw_plot({"x", "y", {}}, DocumentFormat::png), InputError);
   EXPECT_THROW(draw_plot({"x", "y", {{"", {NAN}, {1}}}}, DocumentFormat::png), InputError);
   EXPECT_THROW(draw_plot({"x", "y", {{"", {1, 2}, {1}}}}, DocumentFormat::png), InputError);
+  EXPECT_THROW(draw_plot({"x", "y", {{"", {1, 2}, {1, 2}, {Marker::filled}}}}, DocumentFormat::png),
+               InputError);
   EXPECT_THROW(draw_plot(example(), DocumentFormat::png, 60, 40), InputError);
 }
 
