@@ -34,7 +34,7 @@ struct PrecisionOptions : CommonOptions {
   std::string output;
   std::vector<std::string> problems;
   int runs = 5;
-  double case_seconds = 60;
+  double case_seconds = 30;
   bool quick = false, resume = false;
 };
 

@@ -347,15 +347,15 @@ std::vector<PrecisionCase> precision_cases(bool quick) {
   std::vector<PrecisionCase> cases;
   for (const char* wave : {"wave", "large_wave"}) {
     CaseList list{wave, quick, cases};
-    list.add("", {8, 12, 16, 24, 32, 48});
-    list.add_particles({8, 12, 16, 24});
-    list.add_transfers({8, 16, 32});
-    list.add_time_steps({8, 16, 32});
-    list.add_wall_rule({8, 16, 32});
+    list.add("", {8, 12, 16, 24, 32});
+    list.add_particles({8, 12, 16});
+    list.add_transfers({8, 16, 24});
+    list.add_time_steps({8, 16, 24});
+    list.add_wall_rule({8, 16, 24});
   }
   CaseList vortex{"vortex", quick, cases};
   vortex.add("", {8, 12, 16, 24, 32, 48});
-  vortex.add_particles({8, 12, 16, 24});
+  vortex.add_particles({8, 12, 16});
   vortex.add_transfers({8, 16, 32});
   vortex.add_time_steps({8, 16, 32});
 
@@ -375,7 +375,7 @@ std::vector<PrecisionCase> precision_cases(bool quick) {
 
   CaseList one_void{"void_0.3", quick, cases};
   one_void.add("", {12, 16, 24, 32, 48});
-  one_void.add_particles({8, 12, 16, 24});
+  one_void.add_particles({8, 12, 16});
   one_void.add_transfers({12, 24});
   one_void.add_time_steps({12, 24});
   one_void.add_wall_rule({12, 24});
