@@ -49,11 +49,19 @@ std::vector<Curve> curves_by_variant(const std::vector<WorkPoint>& points, X x) 
   return curves;
 }
 
+Plot logarithmic_plot(const std::string& x_label, const std::string& measure,
+                      const std::vector<WorkPoint>& points) {
+  const bool failed =
+      std::any_of(points.begin(), points.end(), [](auto& p) { return !std::isfinite(p.error); });
+  Plot plot{x_label, error_label(measure) + (failed ? "  (\u00d7 failed)" : ""), {}};
+  plot.log_x = plot.log_y = plot.legend_beside = true;
+  return plot;
+}
+
 /// Error against seconds. Filled points are on the front; a cross at the upper edge is a failure.
 Plot work_diagram(const std::vector<WorkPoint>& points, const std::string& measure) {
-  Plot plot{"wall time on one thread [s]", error_label(measure), {}};
-  plot.log_x = plot.log_y = true;
-  Curve front{"Pareto front", {}, {}};
+  Plot plot = logarithmic_plot("wall time on one thread [s]", measure, points);
+  Curve front{"Pareto front, filled", {}, {}};
   front.stroke = Stroke::broad;
   for (const WorkPoint& point : points) {
     if (!point.on_front) continue;
@@ -67,8 +75,7 @@ Plot work_diagram(const std::vector<WorkPoint>& points, const std::string& measu
 
 /// Error against cells, where there are grids to compare.
 Plot order_diagram(const std::vector<WorkPoint>& points, const std::string& measure) {
-  Plot plot{"cells along 1 m", error_label(measure), {}};
-  plot.log_x = plot.log_y = true;
+  Plot plot = logarithmic_plot("cells along 1 m", measure, points);
   plot.curves = curves_by_variant(points, [](const WorkPoint& p) { return double(p.result->c.knobs.cells); });
   for (Curve& curve : plot.curves)
     for (Marker& marker : curve.markers)
@@ -93,7 +100,7 @@ void draw_precision_diagrams(std::span<const PrecisionResult> results, const std
                             {"Parameters", fmt::format("precision --problem {}: {}", problem, measure)}};
       const auto draw = [&](const Plot& plot, const char* kind) {
         write_text_atomically(folder / fmt::format("{}_{}_{}.png", problem, measure, kind),
-                              draw_plot(plot, DocumentFormat::png, 1200, 840, text));
+                              draw_plot(plot, DocumentFormat::png, 1400, 840, text));
       };
       draw(work_diagram(points, measure), "time");
       if (observed_order(points, "")) draw(order_diagram(points, measure), "order");

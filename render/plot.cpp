@@ -12,10 +12,14 @@ namespace anticrack {
 
 namespace {
 
-// Eight colours that stay apart for colour-blind readers and in grey (Wong 2011), black first.
+// Eight colours that stay apart for colour-blind readers and in grey (Wong 2011), black first; then darker
+// ones.
 constexpr Canvas::Color curve_colors[] = {{0.10, 0.10, 0.10}, {0.00, 0.45, 0.70}, {0.84, 0.37, 0.00},
                                           {0.00, 0.62, 0.45}, {0.80, 0.47, 0.65}, {0.34, 0.71, 0.91},
-                                          {0.90, 0.62, 0.00}, {0.60, 0.55, 0.10}};
+                                          {0.90, 0.62, 0.00}, {0.60, 0.55, 0.10}, {0.55, 0.10, 0.15},
+                                          {0.35, 0.20, 0.60}, {0.55, 0.55, 0.55}, {0.00, 0.35, 0.30}};
+
+constexpr Canvas::Color broad_color{0.87, 0.87, 0.87};
 
 struct Axis {
   bool logarithmic = false;
@@ -31,16 +35,14 @@ struct Axis {
     low = std::min(low, v);
     high = std::max(high, v);
   }
-  /// A little air. A linear axis that starts at zero stays there; a logarithmic one has two marks at least.
+  /// A little air. A linear axis that starts at zero stays there; a logarithmic one covers a factor of four
+  /// at least.
   void pad() {
     if (logarithmic) {
-      const double air = std::pow(10.0, 0.05 * std::log10(high / low) + 0.03);
-      low /= air;
-      high *= air;
-      if (ticks(2).values.size() < 2) {
-        low = std::min(low, std::pow(10.0, std::floor(std::log10(low) + 0.3)));
-        high = std::max(high, std::pow(10.0, std::ceil(std::log10(high) - 0.3)));
-      }
+      const double decades = std::max(1.1 * std::log10(high / low), std::log10(4));
+      const double middle = std::sqrt(low * high);
+      low = middle * std::pow(10.0, -0.5 * decades);
+      high = middle * std::pow(10.0, 0.5 * decades);
       return;
     }
     double air = 0.04 * (high - low);
@@ -103,9 +105,8 @@ void draw_marker(Canvas& canvas, Marker marker, double x, double y, double radiu
 
 void draw_curve(Canvas& canvas, const Curve& curve, const Axes& axes, double size, Canvas::Color color) {
   if (curve.stroke == Stroke::broad) {
-    for_each_stretch(curve, axes, [&](const auto& points) {
-      canvas.polyline(points, 0.9 * size, {0.87, 0.87, 0.87});
-    });
+    for_each_stretch(curve, axes,
+                     [&](const auto& points) { canvas.polyline(points, 0.9 * size, broad_color); });
     return;
   }
   for_each_stretch(curve, axes, [&](const auto& points) { canvas.polyline(points, size / 8, color); });
@@ -131,33 +132,36 @@ void draw_slope(Canvas& canvas, const Slope& slope, const Axes& axes, double siz
   canvas.text(corner[0] - 0.3 * size, 0.5 * (corner[1] + start[1]) + 0.36 * size, text, 0.9 * size, 1);
 }
 
-void draw_legend(Canvas& canvas, const Plot& plot, const Axes& axes, double size) {
-  double text_width = 0;
-  double rows = 0;
-  for (const Curve& curve : plot.curves) {
-    if (curve.label.empty()) continue;
-    text_width = std::max(text_width, canvas.measure(curve.label, size).width);
-    ++rows;
-  }
-  if (rows == 0) return;
-  const double line = 1.35 * size;
-  const double sample = 2 * size;
-  const double width = 0.6 * size + sample + 0.5 * size + text_width + 0.6 * size;
-  const double height = rows * line + 0.5 * size;
+struct Legend {
+  double rows = 0, line = 0, sample = 0, width = 0, height = 0;
 
-  // The corner with the fewest points of curves.
+  Legend(const Canvas& canvas, const Plot& plot, double size) : line(1.35 * size), sample(2 * size) {
+    double text_width = 0;
+    for (const Curve& curve : plot.curves) {
+      if (curve.label.empty()) continue;
+      text_width = std::max(text_width, canvas.measure(curve.label, size).width);
+      ++rows;
+    }
+    width = 0.6 * size + sample + 0.5 * size + text_width + 0.6 * size;
+    height = rows * line + 0.5 * size;
+  }
+};
+
+/// The corner of the frame with the fewest points of curves.
+Rectangle emptiest_corner(const Legend& legend, const Plot& plot, const Axes& axes, double size) {
   Rectangle best;
   long fewest = -1;
   for (const auto& [right, low] : {std::array{0, 0}, std::array{1, 0}, std::array{1, 1}, std::array{0, 1}}) {
     const double inset = 0.6 * size;
-    const Rectangle corner{right ? axes.box.x + axes.box.width - width - inset : axes.box.x + inset,
-                           low ? axes.box.y + axes.box.height - height - inset : axes.box.y + inset, width,
-                           height};
+    const Rectangle corner{right ? axes.box.x + axes.box.width - legend.width - inset : axes.box.x + inset,
+                           low ? axes.box.y + axes.box.height - legend.height - inset : axes.box.y + inset,
+                           legend.width, legend.height};
     long hidden = 0;
     for (const Curve& curve : plot.curves) {
       for_each_stretch(curve, axes, [&](const auto& points) {
         hidden += std::count_if(points.begin(), points.end(), [&](const auto& p) {
-          return p[0] > corner.x && p[0] < corner.x + width && p[1] > corner.y && p[1] < corner.y + height;
+          return p[0] > corner.x && p[0] < corner.x + corner.width && p[1] > corner.y &&
+                 p[1] < corner.y + corner.height;
         });
       });
     }
@@ -166,20 +170,22 @@ void draw_legend(Canvas& canvas, const Plot& plot, const Axes& axes, double size
       best = corner;
     }
   }
+  return best;
+}
 
-  canvas.fill(best.x, best.y, best.width, best.height, {1, 1, 1});
-  canvas.frame(best.x, best.y, best.width, best.height, 1, Canvas::faint);
-  double y = best.y + 0.25 * size + 0.5 * line;
+void draw_legend(Canvas& canvas, const Legend& legend, const Plot& plot, const Rectangle& at, double size) {
+  canvas.fill(at.x, at.y, at.width, at.height, {1, 1, 1});
+  canvas.frame(at.x, at.y, at.width, at.height, 1, Canvas::faint);
+  double y = at.y + 0.25 * size + 0.5 * legend.line;
   for (std::size_t i = 0; i < plot.curves.size(); ++i) {
     const Curve& curve = plot.curves[i];
     if (curve.label.empty()) continue;
-    const double x = best.x + 0.6 * size;
-    if (curve.stroke == Stroke::broad)
-      canvas.line(x, y, x + sample, y, 0.9 * size, {0.87, 0.87, 0.87});
-    else
-      canvas.line(x, y, x + sample, y, size / 8, curve_colors[i % std::size(curve_colors)]);
-    canvas.text(x + sample + 0.5 * size, y + 0.36 * size, curve.label, size);
-    y += line;
+    const double x = at.x + 0.6 * size;
+    const bool broad = curve.stroke == Stroke::broad;
+    canvas.line(x, y, x + legend.sample, y, broad ? 0.9 * size : size / 8,
+                broad ? broad_color : curve_colors[i % std::size(curve_colors)]);
+    canvas.text(x + legend.sample + 0.5 * size, y + 0.36 * size, curve.label, size);
+    y += legend.line;
   }
 }
 
@@ -225,7 +231,9 @@ std::string draw_plot(const Plot& plot, DocumentFormat format, int width, int he
   const double gap = 0.5 * size;
   const double left = std::ceil(gap + 1.2 * size + gap + number_width + gap + tick);
   const double bottom = std::ceil(gap + 1.2 * size + gap + size + gap + tick);
-  axes.box = {left, std::ceil(size), std::floor(width - left - 1.6 * size),
+  const Legend legend(canvas, plot, size);
+  const double beside = plot.legend_beside && legend.rows > 0 ? legend.width + size : 0;
+  axes.box = {left, std::ceil(size), std::floor(width - left - 1.6 * size - beside),
               std::floor(height - bottom - size)};
   if (axes.box.width < 8 * size || axes.box.height < 6 * size) {
     throw InputError("plot of " + std::to_string(width) + " x " + std::to_string(height) +
@@ -266,7 +274,11 @@ std::string draw_plot(const Plot& plot, DocumentFormat format, int width, int he
               with_exponent(plot.x_label, x_ticks.exponent), 1.1 * size, 0.5);
   canvas.vertical_text(gap + ascent, box.y + box.height / 2, with_exponent(plot.y_label, y_ticks.exponent),
                        1.1 * size);
-  draw_legend(canvas, plot, axes, size);
+  if (legend.rows > 0)
+    draw_legend(canvas, legend, plot,
+                beside > 0 ? Rectangle{box.x + box.width + size, box.y, legend.width, legend.height}
+                           : emptiest_corner(legend, plot, axes, size),
+                size);
   return canvas.document(text);
 }
 

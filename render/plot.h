@@ -34,6 +34,7 @@ struct Plot {
   std::vector<Curve> curves;
   bool log_x = false, log_y = false;  ///< values that are not positive are left out of a logarithmic axis
   std::vector<Slope> slopes = {};
+  bool legend_beside = false;  ///< right of the frame instead of in one of its corners
 };
 
 /// The plot as a file: PNG at the given size in pixels, SVG and PDF as vectors with the same layout. No date

@@ -50,12 +50,16 @@ Ticks linear_ticks(double low, double high, int count) {
 
 Ticks logarithmic_ticks(double low, double high) {
   Ticks ticks;
-  const int first = int(std::ceil(std::log10(low) - 1e-9));
-  const int last = int(std::floor(std::log10(high) + 1e-9));
-  for (int e = first; e <= last; ++e) {
-    ticks.values.push_back(std::pow(10, e));
-    ticks.labels.push_back(number_label(std::pow(10, e)));
-  }
+  const double first = std::log10(low) - 1e-9, last = std::log10(high) + 1e-9;
+  const auto add = [&](double value) {
+    if (std::log10(value) < first || std::log10(value) > last) return;
+    ticks.values.push_back(value);
+    ticks.labels.push_back(number_label(value));
+  };
+  const bool few = std::floor(last) - std::ceil(first) < 2;
+  for (int e = int(std::floor(first)); e <= std::ceil(last); ++e)
+    for (const int digit : {1, 2, 5})
+      if (digit == 1 || few) add(digit * std::pow(10, e));
   return ticks;
 }
 

@@ -15,7 +15,7 @@ struct Ticks {
 /// About `count` marks at multiples of 1, 2 or 5 times a power of ten within [low, high].
 Ticks linear_ticks(double low, double high, int count);
 
-/// Powers of ten within [low, high], low > 0.
+/// Powers of ten within [low, high], low > 0; 2 and 5 times them too where there are fewer than three.
 Ticks logarithmic_ticks(double low, double high);
 
 /// Shortest decimal that shows three digits, with a true minus sign; powers of ten as superscripts where
