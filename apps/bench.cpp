@@ -103,6 +103,7 @@ double plain_step_seconds(const Scene& scene, const Sample& sample, double dt) {
                          .mass = scene.material.density * sample.particle_volume,
                          .volume = sample.particle_volume,
                          .flip = scene.numerics.flip,
+                         .apic = scene.numerics.transfer == TransferScheme::apic,
                          .walls = {},
                          .particles = {},
                          .grid = {}};
@@ -337,8 +338,9 @@ CLI::App* add_bench_command(CLI::App& app) {
       ->type_name("NAME");
   add_set_option(*command, *options);
   add_threads_option(*command, *options);
-  auto* table = command->add_flag("--options", options->options,
-                                  "Table of what each part of a step costs: PIC only, elastic only, ...");
+  auto* table =
+      command->add_flag("--options", options->options,
+                        "Table of what each part of a step costs: PIC only, APIC, elastic only, ...");
   command
       ->add_option("--curves", options->curves,
                    "Curves of throughput against particles, solid fraction, crowding, yielding, strays: "

@@ -105,6 +105,7 @@ std::vector<BenchCaseMaker> option_cases() {
       with("paper's return mapping",
            [](BenchCase& c) { c.setup.numerics.return_mapping = ReturnMapping::paper; }),
       with("PIC only", [](BenchCase& c) { c.setup.numerics.flip = 0; }),
+      with("APIC", [](BenchCase& c) { c.setup.numerics.transfer = TransferScheme::apic; }),
       with("elastic only", [](BenchCase& c) { c.setup.material.plasticity.reset(); }),
       with("elastic, PIC only, no history",
            [](BenchCase& c) {

@@ -24,7 +24,7 @@ using BenchCaseMaker = std::function<BenchCase()>;
 /// 131^3 lattice, solid fraction phi, six sticky walls, Table 1 of Blatny et al. (2021).
 Scene paper_scene(double phi = 0.44);
 
-/// What a scene does not need: the paper's scene with one thing left out each.
+/// What a scene does not need: the paper's scene with one thing left out each, or another transfer.
 std::vector<BenchCaseMaker> option_cases();
 
 /// How throughput depends on the number of particles (up to `most`), the solid fraction, the crowding of

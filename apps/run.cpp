@@ -88,18 +88,26 @@ std::string wall_name(const Loading& loading) {
   return {};
 }
 
+std::string transfer_name(const Numerics& numerics) {
+  if (numerics.transfer == TransferScheme::apic) return "APIC";
+  if (numerics.flip_time) return fmt::format("PIC-FLIP (flip_time = {} s)", *numerics.flip_time);
+  if (numerics.flip == 0) return "PIC (velocity increments left out)";
+  return fmt::format("PIC-FLIP (flip = {})", numerics.flip);
+}
+
 std::string describe(const Scene& scene, const Sample& sample, const MemoryEstimate& memory) {
   const bool plastic = scene.material.plasticity.has_value();
   return fmt::format(
       "{} particles, solid fraction {:.4f}{}; {} blocks, {} leaves, {:.2f} GiB; dx = {:.5g} m; kernels {}; "
       "active: "
-      "Hencky elasticity, {}, PIC-FLIP; {} bytes a particle",
+      "Hencky elasticity, {}, {}; {} bytes a particle",
       memory.particles, sample.solid_fraction,
       sample.solid_fraction_asked ? fmt::format(" (asked {})", *sample.solid_fraction_asked) : "",
       memory.blocks, memory.leaves, double(memory.bytes) / (1 << 30), 2 * sample.lattice.spacing,
       kernels().simd,
       plastic ? "softening Drucker-Prager" : "no plasticity (kappa and return mapping left out)",
-      (Particles::components + plastic) * sizeof(double) + sizeof(std::uint32_t));
+      transfer_name(scene.numerics),
+      Particles::bytes_per_particle(particle_fields(scene.material, scene.numerics)));
 }
 
 /// Particles, leaves, memory, steps and expected time, from a few real steps.
@@ -273,7 +281,7 @@ void run(const RunOptions& options) {
   const Sample sample = load_sample(scene);
   const MemoryEstimate memory =
       estimate_memory(sample.positions, 2 * sample.lattice.spacing, Vec3(scene.numerics.grid_offset.data()),
-                      scene.material.plasticity.has_value());
+                      particle_fields(scene.material, scene.numerics));
   if (const std::size_t available = available_memory(); available && memory.bytes > available)
     throw InputError(fmt::format(
         "{}: {} particles need {:.1f} GiB; expected at most the {:.1f} GiB available. Use a smaller "

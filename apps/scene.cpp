@@ -47,8 +47,9 @@ constexpr SceneKey scene_keys[] = {
     {"loading", "until", ""},
     {"numerics", "time_step", ""},
     {"numerics", "time_step_factor", ""},
-    {"numerics", "flip", ""},
-    {"numerics", "flip_time", ""},
+    {"numerics", "transfer", ""},
+    {"numerics", "flip", "pic_flip"},
+    {"numerics", "flip_time", "pic_flip"},
     {"numerics", "wall_rule", ""},
     {"numerics", "return_mapping", ""},
     {"numerics", "grid_offset", ""},
@@ -59,7 +60,7 @@ constexpr SceneKey scene_keys[] = {
 };
 
 constexpr std::pair<std::string_view, std::string_view> selectors[] = {
-    {"microstructure", "source"}, {"material", "model"}, {"loading", "kind"}};
+    {"microstructure", "source"}, {"material", "model"}, {"loading", "kind"}, {"numerics", "transfer"}};
 
 constexpr std::array<std::string_view, 3> exclusive_keys[] = {{"loading", "until_strain", "until"},
                                                               {"numerics", "flip", "flip_time"}};
@@ -242,8 +243,13 @@ Until read_until(const SceneSection& loading) {
       "until_strain", {.symbol = "until_strain", .low = 0.0, .high = 0.95, .high_included = true})};
 }
 
-Numerics read_numerics(const SceneSection& section, ReturnMapping return_mapping) {
+Numerics read_numerics(const SceneDocument& document, ReturnMapping return_mapping) {
+  const SceneSection& section = document.section("numerics", false);
+  const std::size_t transfer = section.choice("transfer", scene_names::transfer, 0);
+  document.refuse_foreign_keys("numerics", scene_names::transfer[transfer]);
+
   Numerics numerics;
+  numerics.transfer = TransferScheme(transfer);
   numerics.time_step = TimeStepRule(section.choice("time_step", scene_names::time_step, 0));
   numerics.time_step_factor = section.number(
       "time_step_factor", {.symbol = "time_step_factor", .low = 0.0, .high = 1.0, .high_included = true},
@@ -304,7 +310,7 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
 
   Scene scene{
       read_sample(document, file), solid.material, read_loading(document), read_until(loading), {}, {}};
-  scene.numerics = read_numerics(document.section("numerics", false), solid.return_mapping);
+  scene.numerics = read_numerics(document, solid.return_mapping);
   scene.output = read_output(document.section("output", false));
 
   if (scene.lattice) {

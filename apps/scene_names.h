@@ -14,6 +14,7 @@ inline constexpr std::array<std::string_view, 3> axis = {"x", "y", "z"};
 inline constexpr std::array<std::string_view, 2> platen = {"top", "both"};
 inline constexpr std::array<std::string_view, 4> walls = {"sticky", "slip", "affine", "paper"};
 inline constexpr std::array<std::string_view, 2> time_step = {"safe", "paper"};
+inline constexpr std::array<std::string_view, 2> transfer = {"pic_flip", "apic"};
 inline constexpr std::array<std::string_view, 2> wall_rule = {"ghost", "paper"};
 inline constexpr std::array<std::string_view, 2> return_mapping = {"implicit", "paper"};
 

@@ -129,10 +129,13 @@ void write_numerics(TomlText& toml, const Numerics& numerics, bool plastic) {
   toml.section("numerics");
   toml.raw("time_step", name_of(scene_names::time_step, numerics.time_step));
   toml.number("time_step_factor", numerics.time_step_factor);
-  if (numerics.flip_time) {
-    toml.number("flip_time", *numerics.flip_time);
-  } else {
-    toml.number("flip", numerics.flip);
+  toml.raw("transfer", name_of(scene_names::transfer, numerics.transfer));
+  if (numerics.transfer == TransferScheme::pic_flip) {
+    if (numerics.flip_time) {
+      toml.number("flip_time", *numerics.flip_time);
+    } else {
+      toml.number("flip", numerics.flip);
+    }
   }
   toml.raw("wall_rule", name_of(scene_names::wall_rule, numerics.wall_rule));
   if (plastic) toml.raw("return_mapping", name_of(scene_names::return_mapping, numerics.return_mapping));

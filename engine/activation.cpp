@@ -83,7 +83,7 @@ bool inside_cell(double s) {
 }  // namespace
 
 void place_particles(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset,
-                     bool with_kappa, Particles& particles, SparseGrid& grid,
+                     ParticleFields fields, Particles& particles, SparseGrid& grid,
                      std::vector<CellRanges>& cells) {
   const std::size_t count = positions.size();
   if (count == 0) throw InputError("no particles");
@@ -106,7 +106,9 @@ void place_particles(std::span<const Vec3> positions, double cell_size, const Ve
   for (auto& a : particles.s) a = AlignedArray(count);
   for (auto& a : particles.v) a = AlignedArray(count);
   for (auto& a : particles.h) a = AlignedArray(count);
-  if (with_kappa) particles.kappa = AlignedArray(count);
+  if (fields.kappa) particles.kappa = AlignedArray(count);
+  if (fields.affine)
+    for (auto& a : particles.affine) a = AlignedArray(count);
   particles.id.resize(count);
   std::vector<Index3> origins;
   cells.clear();
@@ -230,7 +232,7 @@ std::vector<Vec3> world_positions(const Particles& particles, const SparseGrid& 
 }
 
 MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset,
-                               bool with_kappa) {
+                               ParticleFields fields) {
   std::vector<std::uint64_t> keys(positions.size());
   tbb::parallel_for(std::size_t(0), positions.size(), [&](std::size_t i) {
     keys[i] = block_key(block_of(dual_cell(positions[i], cell_size, grid_offset).base));
@@ -258,9 +260,8 @@ MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size
   }
   partials += leaves_of_group.size();
   constexpr std::size_t table_entry = 64;
-  const std::size_t per_particle = (Particles::components + (with_kappa ? 1 : 0)) * sizeof(double) +
-                                   sizeof(std::uint32_t) + sizeof(double) + 2 * sizeof(std::uint32_t) +
-                                   1;  // state, then the buffers of a sort
+  const std::size_t sort_buffers = sizeof(double) + 2 * sizeof(std::uint32_t) + 1;
+  const std::size_t per_particle = Particles::bytes_per_particle(fields) + sort_buffers;
   return {positions.size(), blocks, leaves.size(),
           positions.size() * per_particle + partials * block_cells * sizeof(Node) +
               blocks * (sizeof(SparseGrid::Block) + sizeof(CellRanges) + table_entry) +

@@ -25,7 +25,8 @@ struct Stray {
 /// the grid.
 /// @throws InputError  if a coordinate is not finite or the sample spans more than 2^19 blocks along an axis
 void place_particles(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset,
-                     bool with_kappa, Particles& particles, SparseGrid& grid, std::vector<CellRanges>& cells);
+                     ParticleFields fields, Particles& particles, SparseGrid& grid,
+                     std::vector<CellRanges>& cells);
 
 /// True cells of the listed particles of one block; activates what they reach. Call in a fixed order, not in
 /// parallel. A position that is not finite goes to `bad` instead.
@@ -47,6 +48,6 @@ struct MemoryEstimate {
   std::size_t particles, blocks, leaves, bytes;
 };
 MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset,
-                               bool with_kappa);
+                               ParticleFields fields);
 
 }  // namespace anticrack

@@ -92,7 +92,8 @@ HWY_INLINE void store_symmetric(const Lanes& at, const Symmetric<V>& value, Arra
 template <class V>
 struct Moved {
   V s[3], v[3];
-  V L[3][3];  ///< dt grad v
+  V L[3][3];    ///< dt grad v
+  V affine[9];  ///< dx C, APIC only
 };
 
 /// Numbers of a node that a transfer reads: velocity and mass, and the increment.
@@ -101,21 +102,33 @@ constexpr int channels = transfer == Transfer::flip ? 8 : 4;
 
 /// Lines 12 and 13 of Algorithm 1, and dt grad v for line 7; `place` is relative to the cell of `grid`, `s`
 /// to the particle's own.
+///
+/// APIC (Jiang et al. 2015, quadratic splines): C = 4 / dx^2 sum_i N_i v_i (x_i - x)^T. On one axis, with k =
+/// 0, 1, 2 the node, the moment of a weight is N_k (k - 1/2 - s) = N_k'/4 + N_k'' (2 s - 1) s (1 - s)/4, so
+/// that C is the gradient and a share of the second derivative.
 template <Transfer transfer, class D, class V = hn::Vec<D>>
 HWY_INLINE Moved<V> interpolate(D d, const StepConstants& c, const CellPolynomial& grid, const V (&place)[3],
                                 const V (&s)[3], const V (&v)[3]) {
   const V dt_over_dx = hn::Set(d, c.dt / c.cell_size), flip = hn::Set(d, c.flip);
   const Place<V> at = place_of(d, place);
+  const V one = hn::Set(d, 1.0);
+  V share[3];
+  for (int e = 0; e < 3; ++e) share[e] = (place[e] + place[e] - one) * (place[e] * (one - place[e]));
   Moved<V> moved;
+  constexpr bool affine = transfer == Transfer::apic;
+  constexpr Derivatives derivatives = affine ? Derivatives::second : Derivatives::first;
   for (int a = 0; a < 3; ++a) {
-    const Sampled<V> pic = sample<true>(d, grid, a, at);
+    const Sampled<V> pic = sample<derivatives>(d, grid, a, at);
     moved.s[a] = hn::MulAdd(dt_over_dx, pic.value, s[a]);  // line 13
     moved.v[a] = pic.value;                                // line 12
     if constexpr (transfer == Transfer::flip) {
-      const Sampled<V> dv = sample<false>(d, grid, a + 4, at);
+      const Sampled<V> dv = sample<Derivatives::none>(d, grid, a + 4, at);
       moved.v[a] = hn::MulAdd(flip, v[a] + dv.value - pic.value, pic.value);
     }
     for (int e = 0; e < 3; ++e) moved.L[a][e] = dt_over_dx * pic.gradient[e];
+    if constexpr (affine)
+      for (int e = 0; e < 3; ++e)
+        moved.affine[3 * a + e] = hn::MulAdd(share[e], pic.curvature[e], pic.gradient[e]);
   }
   return moved;
 }
@@ -136,11 +149,11 @@ HWY_INLINE Symmetric<V> traction_of(D d, const StepConstants& c, const HenckyStr
 }
 
 /// What the lanes `active`, at `place` in their cell, contribute to the grid, as particles `first`, `first` +
-/// 1, ... of `out`, and to the sums over particles.
-template <bool everywhere, class D, int size, class V = hn::Vec<D>, class M = hn::Mask<D>>
-HWY_INLINE void contribute(D d, const StepConstants& c, const V (&place)[3], const V (&velocity)[3], V kappa,
-                           M active, const HenckyStrain<V>& strain, int first, Contributions<size>& out,
-                           bool observe, LaneSums<V>& sums) {
+/// 1, ... of `out`, and to the sums over particles. `affine` is read by APIC only.
+template <bool everywhere, class D, int size, bool with_affine, class V = hn::Vec<D>, class M = hn::Mask<D>>
+HWY_INLINE void contribute(D d, const StepConstants& c, const V (&place)[3], const V (&velocity)[3],
+                           const V (&affine)[9], V kappa, M active, const HenckyStrain<V>& strain, int first,
+                           Contributions<size, with_affine>& out, bool observe, LaneSums<V>& sums) {
   const auto only = [&](V x) ANTICRACK_INLINE { return only_in<everywhere>(active, x); };
   const V mass = only(hn::Set(d, c.mass));
   const V v[3] = {only(velocity[0]), only(velocity[1]), only(velocity[2])};
@@ -150,6 +163,13 @@ HWY_INLINE void contribute(D d, const StepConstants& c, const V (&place)[3], con
 
   const V trace = only(strain.trace), norm = only(strain.norm);
   add_speed_and_compression(d, c.material, v, trace, norm, sums);
+  if constexpr (with_affine) {
+    V momenta[9], speeds[9];
+    for (int e = 0; e < 9; ++e) speeds[e] = only(affine[e]);
+    for (int e = 0; e < 9; ++e) momenta[e] = mass * speeds[e];
+    store_affine(d, s, momenta, first, out);
+    add_affine_speed(d, speeds, sums);
+  }
   if (HWY_UNLIKELY(observe)) {
     const Symmetric<V>& dev = strain.deviator;
     const Symmetric<V> deviator{only(dev.xx), only(dev.yy), only(dev.zz),
@@ -184,10 +204,16 @@ inline void list_strays(const ParticlePointers& p, std::size_t begin, std::size_
 constexpr int chunk_size = 40;
 constexpr int chunk_room = chunk_size + 8;  ///< vectors may write beyond the last particle
 
-struct alignas(64) Chunk {
+struct AffineChunk {
+  double affine[9][chunk_room];
+};
+struct NoAffineChunk {};
+
+template <bool with_affine>
+struct alignas(64) Chunk : std::conditional_t<with_affine, AffineChunk, NoAffineChunk> {
   double s[3][chunk_room], v[3][chunk_room], L[9][chunk_room];          ///< `Moved`
   double trace[chunk_room], norm[chunk_room], deviator[6][chunk_room];  ///< `HenckyStrain` of the trial state
-  Contributions<chunk_room> contributions;
+  Contributions<chunk_room, with_affine> contributions;
 };
 
 /// Particles [begin, end) of those of a block, which end at `last`.
@@ -257,7 +283,8 @@ HWY_INLINE void for_each_batch(const ParticlePointers& p, const ChunkRange& rang
 /// Lines 12 and 13, and dt grad v, cell by cell.
 template <Transfer transfer>
 HWY_INLINE void grid_to_particles(const StepConstants& c, const ParticlePointers& p, const BlockView& block,
-                                  const Tile& nodes, const ChunkRange& range, Chunk& chunk) {
+                                  const Tile& nodes, const ChunkRange& range,
+                                  Chunk<transfer == Transfer::apic>& chunk) {
   const ParticleVector d;
   using V = hn::Vec<ParticleVector>;
   const auto visit_cell = [&](int first_node, std::size_t from, std::size_t to) ANTICRACK_INLINE {
@@ -274,15 +301,17 @@ HWY_INLINE void grid_to_particles(const StepConstants& c, const ParticlePointers
       for (int a = 0; a < 3; ++a) hn::StoreU(moved.s[a], d, chunk.s[a] + l);
       for (int a = 0; a < 3; ++a) hn::StoreU(moved.v[a], d, chunk.v[a] + l);
       for (int e = 0; e < 9; ++e) hn::StoreU(moved.L[e / 3][e % 3], d, chunk.L[e] + l);
+      if constexpr (transfer == Transfer::apic)
+        for (int e = 0; e < 9; ++e) hn::StoreU(moved.affine[e], d, chunk.affine[e] + l);
     }
   };
   for_each_cell(block, range.begin, range.end, visit_cell);
 }
 
 /// Lines 7 to 9: trial state and its Hencky strain.
-template <bool advancing>
-HWY_INLINE void strain_particles(const ParticlePointers& p, const ChunkRange& range, Chunk& chunk,
-                                 BlockResult& result) {
+template <bool advancing, bool with_affine>
+HWY_INLINE void strain_particles(const ParticlePointers& p, const ChunkRange& range,
+                                 Chunk<with_affine>& chunk, BlockResult& result) {
   const ParticleVector d;
   using V = hn::Vec<ParticleVector>;
   using M = hn::Mask<ParticleVector>;
@@ -306,10 +335,10 @@ HWY_INLINE void strain_particles(const ParticlePointers& p, const ChunkRange& ra
 
 /// Lines 10 to 13: return mapping, and the new state; then what it contributes to the grid. A loop of its
 /// own: short enough for the processor to overlap its batches.
-template <Model model, bool advancing>
+template <Model model, bool advancing, bool with_affine>
 HWY_INLINE void return_particles(const StepConstants& c, const ParticlePointers& p, const ChunkRange& range,
-                                 bool observe, Chunk& chunk, LaneSums<hn::Vec<ParticleVector>>& sums,
-                                 BlockResult& result) {
+                                 bool observe, Chunk<with_affine>& chunk,
+                                 LaneSums<hn::Vec<ParticleVector>>& sums, BlockResult& result) {
   const ParticleVector d;
   using V = hn::Vec<ParticleVector>;
   using M = hn::Mask<ParticleVector>;
@@ -319,9 +348,11 @@ HWY_INLINE void return_particles(const StepConstants& c, const ParticlePointers&
     HenckyStrain<V> strain{hn::Load(d, chunk.trace + l),
                            load_symmetric(AllLanes<ParticleVector>{d}, chunk.deviator, l),
                            hn::Load(d, chunk.norm + l)};
-    V s[3], v[3], kappa = hn::Zero(d);
+    V s[3], v[3], affine[9], kappa = hn::Zero(d);
     for (int a = 0; a < 3; ++a) s[a] = at.load(p.s[a] + i);
     for (int a = 0; a < 3; ++a) v[a] = at.load(p.v[a] + i);
+    if constexpr (with_affine)
+      for (int e = 0; e < 9; ++e) affine[e] = at.load(p.affine[e] + i);
     if constexpr (plastic) kappa = at.load(p.kappa + i);
     M staying = home;
     if constexpr (advancing) {
@@ -329,6 +360,11 @@ HWY_INLINE void return_particles(const StepConstants& c, const ParticlePointers&
       for (int a = 0; a < 3; ++a) v[a] = choose<everywhere>(home, hn::Load(d, chunk.v[a] + l), v[a]);
       for (int a = 0; a < 3; ++a) at.store(s[a], p.s[a] + i);
       for (int a = 0; a < 3; ++a) at.store(v[a], p.v[a] + i);
+      if constexpr (with_affine) {
+        for (int e = 0; e < 9; ++e)
+          affine[e] = choose<everywhere>(home, hn::Load(d, chunk.affine[e] + l), affine[e]);
+        for (int e = 0; e < 9; ++e) at.store(affine[e], p.affine[e] + i);
+      }
       if constexpr (plastic) {
         const Returned<ParticleVector> r =
             return_to_yield_surface<model>(d, c.material, strain.trace, strain.norm, kappa);
@@ -347,15 +383,17 @@ HWY_INLINE void return_particles(const StepConstants& c, const ParticlePointers&
     note_failure(d, hn::And(home, not_finite(d, strain, v, kappa)), i, "velocity, elastic strain or kappa",
                  result);
     if (everywhere && HWY_LIKELY(hn::AllTrue(d, staying)))
-      return contribute<true>(d, c, s, v, kappa, staying, strain, int(l), chunk.contributions, observe, sums);
-    contribute<false>(d, c, s, v, kappa, staying, strain, int(l), chunk.contributions, observe, sums);
+      return contribute<true>(d, c, s, v, affine, kappa, staying, strain, int(l), chunk.contributions,
+                              observe, sums);
+    contribute<false>(d, c, s, v, affine, kappa, staying, strain, int(l), chunk.contributions, observe, sums);
     list_strays(p, i, std::min(i + hn::MaxLanes(d), range.end), result);
   });
 }
 
 /// Lines 2 to 4 of the next step, cell by cell.
-HWY_INLINE void particles_to_grid(const BlockView& block, const ChunkRange& range, const Chunk& chunk,
-                                  Tile& tile) {
+template <bool with_affine>
+HWY_INLINE void particles_to_grid(const BlockView& block, const ChunkRange& range,
+                                  const Chunk<with_affine>& chunk, Tile& tile) {
   asm volatile("" ::: "memory");  // see make_polynomial
   for_each_cell(block, range.begin, range.end,
                 [&](int first_node, std::size_t from, std::size_t to) ANTICRACK_INLINE {
@@ -376,7 +414,7 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
 
   const ParticleVector d;
   auto sums = zero_sums(d);
-  Chunk chunk;
+  Chunk<transfer == Transfer::apic> chunk;
   for (std::size_t begin = block.cell_begin[0], end; begin < last; begin = end) {
     // As many whole cells as fit, or a part of one.
     end = *(std::upper_bound(block.cell_begin, block.cell_begin + block_cells + 1, begin + chunk_size) - 1);

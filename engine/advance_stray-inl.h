@@ -16,9 +16,10 @@ namespace hn = hwy::HWY_NAMESPACE;
 using OneLane = hn::CappedTag<double, 1>;
 
 /// A stray's numbers: the arrays from its index on, one lane.
+template <bool with_affine>
 struct OneParticle {
   using V = hn::Vec<OneLane>;
-  V s[3], v[3], place[3], kappa;
+  V s[3], v[3], place[3], affine[9], kappa;
   Symmetric<V> h;
 
   OneParticle(const ParticlePointers& p, std::uint32_t particle, const Index3& shift)
@@ -27,6 +28,8 @@ struct OneParticle {
     for (int a = 0; a < 3; ++a) s[a] = hn::LoadU(d, p.s[a] + particle);
     for (int a = 0; a < 3; ++a) v[a] = hn::LoadU(d, p.v[a] + particle);
     for (int a = 0; a < 3; ++a) place[a] = s[a] - hn::Set(d, double(shift[a]));
+    if constexpr (with_affine)
+      for (int e = 0; e < 9; ++e) affine[e] = hn::LoadU(d, p.affine[e] + particle);
     if (p.kappa) kappa = hn::LoadU(d, p.kappa + particle);
     h = load_symmetric(AllLanes<OneLane>{d}, p.h, particle);
   }
@@ -34,6 +37,8 @@ struct OneParticle {
     const OneLane d;
     for (int a = 0; a < 3; ++a) hn::StoreU(s[a], d, p.s[a] + particle);
     for (int a = 0; a < 3; ++a) hn::StoreU(v[a], d, p.v[a] + particle);
+    if constexpr (with_affine)
+      for (int e = 0; e < 9; ++e) hn::StoreU(affine[e], d, p.affine[e] + particle);
     if (p.kappa) hn::StoreU(kappa, d, p.kappa + particle);
     store_symmetric(AllLanes<OneLane>{d}, h, p.h, particle);
   }
@@ -42,14 +47,16 @@ struct OneParticle {
 template <Model model, Transfer transfer>
 void advance_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
                  const Node nodes[27], const Index3& shift, BlockResult& result) {
-  using V = OneParticle::V;
+  using V = hn::Vec<OneLane>;
   const OneLane d;
   CellPolynomial grid;
   make_polynomial<channels<transfer>>(nodes, 9, 3, grid);
-  OneParticle one(p, particle, shift);
+  OneParticle<transfer == Transfer::apic> one(p, particle, shift);
   const Moved<V> moved = interpolate<transfer>(d, c, grid, one.place, one.s, one.v);
   for (int a = 0; a < 3; ++a) one.s[a] = moved.s[a];
   for (int a = 0; a < 3; ++a) one.v[a] = moved.v[a];
+  if constexpr (transfer == Transfer::apic)
+    for (int e = 0; e < 9; ++e) one.affine[e] = moved.affine[e];
   LaneSums<V> sums = zero_sums(d);
   hn::Mask<OneLane> inverted;
   one.h = elastic_trial(d, moved.L, one.h, inverted);
@@ -67,15 +74,16 @@ void advance_one(const StepConstants& c, const ParticlePointers& p, std::uint32_
   reduce(d, sums, false, result.sums);
 }
 
-inline void scatter_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
-                        const Index3& shift, Node nodes[27], bool observe, ParticleSums& out) {
-  using V = OneParticle::V;
+template <bool with_affine>
+void scatter_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
+                 const Index3& shift, Node nodes[27], bool observe, ParticleSums& out) {
+  using V = hn::Vec<OneLane>;
   const OneLane d;
-  const OneParticle one(p, particle, shift);
+  const OneParticle<with_affine> one(p, particle, shift);
   LaneSums<V> sums = zero_sums(d);
-  Contributions<1> contributions;
-  contribute<true>(d, c, one.place, one.v, one.kappa, hn::FirstN(d, 1), hencky_strain(d, one.h), 0,
-                   contributions, observe, sums);
+  Contributions<1, with_affine> contributions;
+  contribute<true>(d, c, one.place, one.v, one.affine, one.kappa, hn::FirstN(d, 1), hencky_strain(d, one.h),
+                   0, contributions, observe, sums);
   add_to_cell(contributions, 0, 1, nodes, 9, 3);
   reduce(d, sums, observe, out);
 }

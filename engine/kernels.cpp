@@ -26,9 +26,10 @@ namespace anticrack {
 namespace HWY_NAMESPACE {
 
 /// The compiled combinations of per-particle code.
-#define ANTICRACK_PASSES(use)                                                                             \
-  use(hencky, flip) use(hencky, pic) use(drucker_prager_implicit, flip) use(drucker_prager_implicit, pic) \
-      use(drucker_prager_paper, flip) use(drucker_prager_paper, pic)
+#define ANTICRACK_PASSES(use)                                                                              \
+  use(hencky, flip) use(hencky, pic) use(hencky, apic) use(drucker_prager_implicit, flip)                  \
+      use(drucker_prager_implicit, pic) use(drucker_prager_implicit, apic) use(drucker_prager_paper, flip) \
+          use(drucker_prager_paper, pic) use(drucker_prager_paper, apic)
 
 /// Calls visit(model, transfer) with the constants of `kind`.
 template <class Visit>
@@ -50,8 +51,9 @@ void advance_block(PassKind kind, const StepConstants& c, const ParticlePointers
 
 void scatter_block(PassKind kind, const StepConstants& c, const ParticlePointers& p, const BlockView& block,
                    bool observe, BlockResult& result) {
-  with_constants(kind, [&](auto model, auto) HWY_ATTR {
-    pass_over_block<model, Transfer::pic, false>(c, p, block, observe, result);
+  with_constants(kind, [&](auto model, auto transfer) HWY_ATTR {
+    constexpr Transfer scattered = transfer == Transfer::apic ? Transfer::apic : Transfer::pic;
+    pass_over_block<model, scattered, false>(c, p, block, observe, result);
   });
 }
 
@@ -59,6 +61,14 @@ void advance_stray(PassKind kind, const StepConstants& c, const ParticlePointers
                    const Node nodes[27], const Index3& shift, BlockResult& result) {
   with_constants(kind, [&](auto model, auto transfer)
                            HWY_ATTR { advance_one<model, transfer>(c, p, particle, nodes, shift, result); });
+}
+
+void scatter_stray(PassKind kind, const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
+                   const Index3& shift, Node nodes[27], bool observe, ParticleSums& sums) {
+  if (kind.transfer == Transfer::apic)
+    scatter_one<true>(c, p, particle, shift, nodes, observe, sums);
+  else
+    scatter_one<false>(c, p, particle, shift, nodes, observe, sums);
 }
 
 void hencky(std::span<const std::array<double, 6>> h, std::span<std::array<double, 6>> strain) {
@@ -108,7 +118,7 @@ Kernels make_kernels() {
           advance_block,
           scatter_block,
           advance_stray,
-          scatter_one,
+          scatter_stray,
           update_leaf,
           hencky,
           inverse_hencky,
@@ -163,8 +173,13 @@ Model model_of(const Material& material, ReturnMapping mapping) {
 }
 
 PassKind pass_kind(const Material& material, const Numerics& numerics) {
-  return {model_of(material, numerics.return_mapping),
-          numerics.flip == 0 && !numerics.flip_time ? Transfer::pic : Transfer::flip};
+  const Model model = model_of(material, numerics.return_mapping);
+  if (numerics.transfer == TransferScheme::apic) return {model, Transfer::apic};
+  return {model, numerics.flip == 0 && !numerics.flip_time ? Transfer::pic : Transfer::flip};
+}
+
+ParticleFields particle_fields(const Material& material, const Numerics& numerics) {
+  return {material.plasticity.has_value(), numerics.transfer == TransferScheme::apic};
 }
 
 MaterialConstants::MaterialConstants(const Material& material)
@@ -199,6 +214,7 @@ ParticlePointers::ParticlePointers(Particles& particles)
   for (int a = 0; a < 3; ++a) s[a] = particles.s[a].data();
   for (int a = 0; a < 3; ++a) v[a] = particles.v[a].data();
   for (int e = 0; e < 6; ++e) h[e] = particles.h[e].data();
+  for (int e = 0; e < 9; ++e) affine[e] = particles.affine[e].data();
 }
 
 }  // namespace anticrack

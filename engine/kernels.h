@@ -15,7 +15,7 @@
 namespace anticrack {
 
 enum class Model { hencky, drucker_prager_implicit, drucker_prager_paper };
-enum class Transfer { flip, pic };  ///< pic: neither reads velocities nor their increments
+enum class Transfer { flip, pic, apic };  ///< pic, apic: read neither velocities nor their increments
 
 /// What differs in per-particle code; the one list of the compiled combinations is `ANTICRACK_PASSES` in
 /// kernels.cpp.
@@ -26,6 +26,7 @@ struct PassKind {
 
 Model model_of(const Material& material, ReturnMapping mapping);
 PassKind pass_kind(const Material& material, const Numerics& numerics);
+ParticleFields particle_fields(const Material& material, const Numerics& numerics);
 
 /// Material constants in the form that the kernels use.
 struct MaterialConstants {
@@ -50,7 +51,7 @@ struct StepConstants {
 
 /// Sums over particles; those of a block are formed in a fixed order, so they do not depend on threads.
 struct ParticleSums {
-  double speed_squared = 0;      ///< sum v.v [m^2/s^2]
+  double speed_squared = 0;      ///< sum v.v, of APIC v.v + dx^2 C:C / 4 [m^2/s^2]
   double max_speed_squared = 0;  ///< [m^2/s^2]
   double max_compression = 0;  ///< bound p + 2/3 q of the largest compressive principal Kirchhoff stress [Pa]
   double plastic_dissipation = 0;  ///< density over the particles that yielded in this step [Pa]
@@ -81,7 +82,7 @@ struct BlockResult {
 
 /// Raw pointers to the particle arrays.
 struct ParticlePointers {
-  double *s[3], *v[3], *h[6], *kappa;
+  double *s[3], *v[3], *h[6], *kappa, *affine[9];
 
   explicit ParticlePointers(Particles& particles);
 };
@@ -115,7 +116,7 @@ struct Kernels {
   void (*advance_stray)(PassKind, const StepConstants&, const ParticlePointers&, std::uint32_t particle,
                         const Node nodes[27], const Index3& shift, BlockResult&);
   /// Lines 2-4 for one stray: adds to the 27 nodes of its true cell.
-  void (*scatter_stray)(const StepConstants&, const ParticlePointers&, std::uint32_t particle,
+  void (*scatter_stray)(PassKind, const StepConstants&, const ParticlePointers&, std::uint32_t particle,
                         const Index3& shift, Node nodes[27], bool observe, ParticleSums&);
   /// Lines 2, 3 and 5 for one leaf: adds its partial sums, which stay as they are, and updates the velocity.
   LeafUpdate (*update_leaf)(double dt, std::span<Node* const> partials, Node* nodes);

@@ -50,6 +50,14 @@ HWY_INLINE void add_speed_and_compression(D d, const MaterialConstants& m, const
   sums.max_compression = hn::Max(sums.max_compression, compression);
 }
 
+/// The rest of APIC's kinetic energy: a particle's is 1/2 m (v.v + dx^2 C:C / 4), `affine` = dx C.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void add_affine_speed(D d, const V (&affine)[9], LaneSums<V>& sums) {
+  V squared = affine[0] * affine[0];
+  for (int e = 1; e < 9; ++e) squared = hn::MulAdd(affine[e], affine[e], squared);
+  sums.speed_squared = hn::MulAdd(hn::Set(d, 0.25), squared, sums.speed_squared);
+}
+
 /// What the observables need; zero in lanes that do not count.
 template <class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
 HWY_INLINE void add_averages(D d, const MaterialConstants& m, const HenckyStrain<V>& strain, V J, M plastic,

@@ -63,16 +63,25 @@ Simulation::Simulation(const SimulationSetup& setup)
 }
 
 Simulation::Simulation(const SimulationSetup& setup, std::span<const Vec3> positions,
-                       std::span<const Vec3> velocities)
+                       std::span<const Vec3> velocities, std::span<const Mat3> gradients)
     : Simulation(anchored(setup, positions)) {
-  if (!velocities.empty() && velocities.size() != positions.size())
-    throw InputError(std::to_string(velocities.size()) + " velocities for " +
-                     std::to_string(positions.size()) + " particles");
-  place_particles(positions, setup.cell_size, Vec3(setup_.numerics.grid_offset.data()),
-                  setup.material.plasticity.has_value(), particles_, grid_, cells_);
+  const auto check_count = [&](std::size_t count, const char* what) {
+    if (count != 0 && count != positions.size())
+      throw InputError(std::to_string(count) + " " + what + " for " + std::to_string(positions.size()) +
+                       " particles");
+  };
+  check_count(velocities.size(), "velocities");
+  check_count(gradients.size(), "velocity gradients");
+  const ParticleFields fields = particle_fields(setup.material, setup.numerics);
+  place_particles(positions, setup.cell_size, Vec3(setup_.numerics.grid_offset.data()), fields, particles_,
+                  grid_, cells_);
   if (!velocities.empty())
     for (std::size_t i = 0; i < particles_.count; ++i)
       for (int a = 0; a < 3; ++a) particles_.v[a][i] = velocities[particles_.id[i]][a];
+  if (!gradients.empty() && fields.affine)
+    for (std::size_t i = 0; i < particles_.count; ++i)
+      for (int e = 0; e < 9; ++e)
+        particles_.affine[e][i] = setup.cell_size * gradients[particles_.id[i]](e / 3, e % 3);
   scatter_particles({});
 }
 
@@ -274,7 +283,7 @@ void Simulation::scatter_strays(const StepConstants& c, bool observe) {
     for (std::uint32_t i = first[n]; i < first[n + 1]; ++i) {
       const Stray& stray = strays_[order[i]];
       Node nodes[27] = {};
-      kernels().scatter_stray(c, pointers, stray.particle, stray.shift, nodes, observe, sums[n]);
+      kernels().scatter_stray(kind_, c, pointers, stray.particle, stray.shift, nodes, observe, sums[n]);
       for (int k = 0; k < 27; ++k) {
         const NodeOfCell at(stray.cell, k);
         add(nodes[k], grid_.blocks()[stray.block].partial[at.leaf][at.node]);

@@ -58,9 +58,10 @@ class Simulation {
  public:
   /// @param positions   [m], one per particle, inside the box
   /// @param velocities  [m/s], one per particle; empty: at rest
+  /// @param gradients   of the velocity [1/s], one per particle; empty: zero. Only APIC's particles hold them
   /// @throws InputError
   Simulation(const SimulationSetup& setup, std::span<const Vec3> positions,
-             std::span<const Vec3> velocities = {});
+             std::span<const Vec3> velocities = {}, std::span<const Mat3> gradients = {});
 
   /// Continues from a checkpoint of the same setup, with the same bits. @throws FileError
   Simulation(const SimulationSetup& setup, CheckpointReader& checkpoint);

@@ -7,15 +7,18 @@ namespace anticrack {
 
 namespace {
 
-/// The arrays of doubles of a simulation by name.
+/// The arrays of doubles of a simulation by name, those of `fields` included.
 template <class Particles, class Visit>
-void for_each_array(Particles& particles, Visit visit) {
+void for_each_array(Particles& particles, ParticleFields fields, Visit visit) {
   constexpr const char* axis[3] = {"x", "y", "z"};
   constexpr const char* component[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
   for (int a = 0; a < 3; ++a) visit(std::string("particle.s.") + axis[a], particles.s[a]);
   for (int a = 0; a < 3; ++a) visit(std::string("particle.v.") + axis[a], particles.v[a]);
   for (int e = 0; e < 6; ++e) visit(std::string("particle.h.") + component[e], particles.h[e]);
-  visit("particle.kappa", particles.kappa);
+  if (fields.kappa) visit("particle.kappa", particles.kappa);
+  if (fields.affine)
+    for (int e = 0; e < 9; ++e)
+      visit(std::string("particle.affine.") + axis[e / 3] + axis[e % 3], particles.affine[e]);
 }
 
 SimulationSetup anchored(SimulationSetup setup, CheckpointReader& in) {
@@ -34,7 +37,8 @@ void Simulation::save(CheckpointWriter& out) const {
   out.add_copy<double>("walls", walls_.positions());
   out.add_copy<double>("grid_offset", setup_.numerics.grid_offset);
   out.add("ledger", std::span(reinterpret_cast<const double*>(&ledger_), sizeof(Ledger) / sizeof(double)));
-  for_each_array(particles_, [&](const std::string& name, const AlignedArray& array) {
+  const ParticleFields fields = particle_fields(setup_.material, setup_.numerics);
+  for_each_array(particles_, fields, [&](const std::string& name, const AlignedArray& array) {
     out.add(name, std::span(array.data(), array.size()));
   });
   out.add("particle.id", std::span<const std::uint32_t>(particles_.id));
@@ -62,8 +66,8 @@ Simulation::Simulation(const SimulationSetup& setup, CheckpointReader& in) : Sim
 
   particles_.id = in.read<std::uint32_t>("particle.id");
   particles_.count = particles_.id.size();
-  for_each_array(particles_, [&](const std::string& name, AlignedArray& array) {
-    if (&array == &particles_.kappa && !setup.material.plasticity) return;
+  const ParticleFields fields = particle_fields(setup.material, setup.numerics);
+  for_each_array(particles_, fields, [&](const std::string& name, AlignedArray& array) {
     array = AlignedArray(particles_.count);
     in.read<double>(name, std::span(array.data(), array.size()));
   });

@@ -18,6 +18,7 @@ struct Particle {
   Vec3 x, v = Vec3::Zero();
   Mat3 F = Mat3::Identity();
   double kappa = 0;
+  Mat3 C = Mat3::Zero();  ///< APIC, Jiang et al. (2015)
 };
 
 struct GridNode {
@@ -49,6 +50,7 @@ struct PlainWall {
 struct Model {
   Material material;
   double dx, mass, volume, flip;
+  bool apic = false;
   Vec3 offset = Vec3::Zero();
   WallRule wall_rule = WallRule::ghost;
   std::vector<PlainWall> walls;
@@ -168,7 +170,7 @@ struct Model {
       for_each_node(p.x, [&](const std::array<int, 3>& i, double N, const Vec3& dN) {
         GridNode& node = grid[i];
         node.m += mass * N;
-        node.momentum += mass * N * p.v;
+        node.momentum += mass * N * (p.v + p.C * (node_position(i) - p.x));
         node.f -= volume * tau * dN;
       });
     }
@@ -179,19 +181,21 @@ struct Model {
     apply_walls();
     for (Particle& p : particles) {
       Vec3 pic = Vec3::Zero(), increment = Vec3::Zero();
-      Mat3 L = Mat3::Zero();
+      Mat3 L = Mat3::Zero(), B = Mat3::Zero();
       for_each_node(p.x, [&](const std::array<int, 3>& i, double N, const Vec3& dN) {
         const GridNode& node = grid.at(i);
         pic += N * node.v;
         increment += N * (node.v - node.v_old);
         L += node.v * dN.transpose();
+        B += N * node.v * (node_position(i) - p.x).transpose();
       });
       const Mat3 F = (Mat3::Identity() + dt * L) * p.F;
       const Eigen::JacobiSVD<Mat3> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
       Vec3 eps = svd.singularValues().array().log();
       return_mapping(eps, p.kappa);
       p.F = svd.matrixU() * Vec3(eps.array().exp()).asDiagonal() * svd.matrixV().transpose();
-      p.v = flip * (p.v + increment) + (1 - flip) * pic;
+      p.v = apic ? pic : flip * (p.v + increment) + (1 - flip) * pic;
+      if (apic) p.C = 4 / (dx * dx) * B;
       p.x += dt * pic;
     }
     for (PlainWall& w : walls) w.position += dt * w.velocity;

@@ -81,17 +81,22 @@ HWY_INLINE Place<V> place_of(D d, const V (&s)[3]) {
 template <class V>
 struct Sampled {
   V value;
-  V gradient[3];  ///< d/ds
+  V gradient[3];   ///< d/ds
+  V curvature[3];  ///< d^2/ds^2 along each axis
 };
 
+enum class Derivatives { none, first, second };
+
 /// One of the eight channels at a place: along z, then y, then x.
-template <bool with_gradient, class D, class V = hn::Vec<D>>
+template <Derivatives derivatives, class D, class V = hn::Vec<D>>
 HWY_INLINE Sampled<V> sample(D d, const CellPolynomial& p, int channel, const Place<V>& at) {
   const V x = at.s[0], y = at.s[1], z = at.s[2];
   const V xx = at.half_square[0], yy = at.half_square[1], zz = at.half_square[2];
+  constexpr bool with_gradient = derivatives != Derivatives::none;
+  constexpr bool with_curvature = derivatives == Derivatives::second;
   Sampled<V> f;
   for (int a = 0; a < 3; ++a) {
-    V g, g_y, g_z;
+    V g, g_y, g_z, g_yy, g_zz;
     for (int b = 0; b < 3; ++b) {
       const auto coefficient = [&](int c)
                                    HWY_ATTR { return hn::Set(d, p.coefficient[9 * a + 3 * b + c][channel]); };
@@ -103,6 +108,10 @@ HWY_INLINE Sampled<V> sample(D d, const CellPolynomial& p, int channel, const Pl
         g_z = b == 0 ? h_z : hn::MulAdd(b == 1 ? y : yy, h_z, g_z);
         if (b > 0) g_y = b == 1 ? h : hn::MulAdd(y, h, g_y);
       }
+      if constexpr (with_curvature) {
+        g_zz = b == 0 ? c2 : hn::MulAdd(b == 1 ? y : yy, c2, g_zz);
+        if (b == 2) g_yy = h;
+      }
     }
     const V power = a == 1 ? x : xx;
     f.value = a == 0 ? g : hn::MulAdd(power, g, f.value);
@@ -110,6 +119,11 @@ HWY_INLINE Sampled<V> sample(D d, const CellPolynomial& p, int channel, const Pl
       if (a > 0) f.gradient[0] = a == 1 ? g : hn::MulAdd(x, g, f.gradient[0]);
       f.gradient[1] = a == 0 ? g_y : hn::MulAdd(power, g_y, f.gradient[1]);
       f.gradient[2] = a == 0 ? g_z : hn::MulAdd(power, g_z, f.gradient[2]);
+    }
+    if constexpr (with_curvature) {
+      if (a == 2) f.curvature[0] = g;
+      f.curvature[1] = a == 0 ? g_yy : hn::MulAdd(power, g_yy, f.curvature[1]);
+      f.curvature[2] = a == 0 ? g_zz : hn::MulAdd(power, g_zz, f.curvature[2]);
     }
   }
   return f;

@@ -17,21 +17,30 @@ namespace anticrack {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
+/// The affine part of APIC: a node at y cells from the particle gets the momentum w m (v + dx C y).
+template <int size>
+struct AffineContributions {
+  double moment[3][2][size];              ///< w y of the outer nodes; those of an axis add up to 0
+  alignas(32) double affine[3][size][4];  ///< columns x, y, z of m dx C, fourth number 0
+};
+struct NoAffineContributions {};
+
 /// What `size` particles contribute to the grid: momentum, mass and tractions turned so that a particle's
 /// numbers lie as a node's do. Weights and their slopes by s only of the outer nodes, 0 and 2: those of the
 /// three nodes of an axis add up to 1 and to 0.
-template <int size>
-struct alignas(64) Contributions {
-  double w[3][2][size], dw[3][2][size];  ///< [axis][lower, upper node] of each particle
-  double carried[size][4];               ///< momentum, mass
-  double traction[3][size][4];           ///< columns x, y, z of -V0 tau / dx, fourth number 0
+template <int size, bool with_affine>
+struct alignas(64) Contributions
+    : std::conditional_t<with_affine, AffineContributions<size>, NoAffineContributions> {
+  double w[3][2][size], dw[3][2][size];     ///< [axis][lower, upper node] of each particle
+  alignas(32) double carried[size][4];      ///< momentum, mass
+  alignas(32) double traction[3][size][4];  ///< columns x, y, z of -V0 tau / dx, fourth number 0
 };
 
 /// Stores what the lanes of a batch contribute, as particles `first`, `first` + 1, ... Lanes that take no
 /// part have s, momentum, mass and t zero.
-template <class D, int size, class V = hn::Vec<D>>
+template <class D, int size, bool with_affine, class V = hn::Vec<D>>
 HWY_INLINE void store_contributions(D d, const V (&s)[3], const V (&momentum)[3], V mass,
-                                    const Symmetric<V>& t, int first, Contributions<size>& g) {
+                                    const Symmetric<V>& t, int first, Contributions<size, with_affine>& g) {
   const V one = hn::Set(d, 1.0), half = hn::Set(d, 0.5), zero = hn::Zero(d);
   for (int a = 0; a < 3; ++a) {  // QuadraticBSpline
     const V rest = one - s[a];
@@ -46,6 +55,19 @@ HWY_INLINE void store_contributions(D d, const V (&s)[3], const V (&momentum)[3]
   hn::StoreInterleaved4(t.xz, t.yz, t.zz, zero, d, g.traction[2][first]);
 }
 
+/// The affine part, `affine` = m dx C. The moments of the outer nodes as products: nothing cancels.
+template <class D, int size, class V = hn::Vec<D>>
+HWY_INLINE void store_affine(D d, const V (&s)[3], const V (&affine)[9], int first,
+                             AffineContributions<size>& g) {
+  const V one = hn::Set(d, 1.0), half = hn::Set(d, 0.5), zero = hn::Zero(d);
+  for (int a = 0; a < 3; ++a) {
+    const V rest = one - s[a];
+    hn::StoreU(hn::Neg(half * rest * rest) * (half + s[a]), d, g.moment[a][0] + first);
+    hn::StoreU(half * s[a] * s[a] * (half + rest), d, g.moment[a][1] + first);
+    hn::StoreInterleaved4(affine[a], affine[3 + a], affine[6 + a], zero, d, g.affine[a][first]);
+  }
+}
+
 /// The nodes of an axis while particles are summed: the lower, all three together, the upper.
 enum AxisNode { lower, all, upper };
 
@@ -57,11 +79,13 @@ HWY_INLINE void split_middle(V low, V& middle, V high) {
 
 /// Adds particles [begin, end) to the 27 nodes of their cell: to one half of each node's line (4 numbers) in
 /// pieces of the vector's width, or to the whole line. Node (i, j, k) gets wz_k P_j + wz'_k Q_j with P_j =
-/// wy_j (wx_i carried + wx'_i T_x) + wy'_j wx_i T_y, Q_j = wy_j wx_i T_z.
-template <bool carries, bool pulls, int size, class D>
-HWY_INLINE void add_to_nodes(D d, const Contributions<size>& g, int begin, int end, int offset, Node* nodes,
-                             int stride_x, int stride_y) {
+/// wy_j (wx_i carried + wx'_i T_x) + wy'_j wx_i T_y, Q_j = wy_j wx_i T_z. The affine part has this form too:
+/// in the half of the momenta w' are the moments, T the columns of m dx C.
+template <bool carries, bool pulls, int size, bool with_affine, class D>
+HWY_INLINE void add_to_nodes(D d, const Contributions<size, with_affine>& g, int begin, int end, int offset,
+                             Node* nodes, int stride_x, int stride_y) {
   using V = hn::Vec<D>;
+  constexpr bool has_slopes = pulls || with_affine;
   const auto carried = [&](int p) HWY_ATTR {
 #if HWY_TARGET != HWY_SCALAR
     if constexpr (carries && pulls)
@@ -70,13 +94,28 @@ HWY_INLINE void add_to_nodes(D d, const Contributions<size>& g, int begin, int e
 #endif
       return hn::Load(d, g.carried[p] + offset);
   };
-  const auto traction = [&](int axis, int p) HWY_ATTR {
+  const auto column = [&](int axis, int p) HWY_ATTR {  // T
+    if constexpr (carries && pulls) {
 #if HWY_TARGET != HWY_SCALAR
-    if constexpr (carries && pulls)
-      return hn::Combine(d, hn::Load(hn::Half<D>(), g.traction[axis][p]), hn::Zero(hn::Half<D>()));
-    else
+      const hn::Half<D> half;
+      auto momenta = hn::Zero(half);
+      if constexpr (with_affine) momenta = hn::Load(half, g.affine[axis][p]);
+      return hn::Combine(d, hn::Load(half, g.traction[axis][p]), momenta);
 #endif
+    } else if constexpr (pulls) {
       return hn::Load(d, g.traction[axis][p] + offset - 4);
+    } else if constexpr (with_affine) {
+      return hn::Load(d, g.affine[axis][p] + offset);
+    }
+  };
+  const auto slope = [&](int axis, int side, int p) HWY_ATTR {  // w'
+    if constexpr (!with_affine || !carries)
+      return hn::Set(d, g.dw[axis][side][p]);
+    else if constexpr (pulls)
+      return hn::IfThenElse(hn::FirstN(d, 4), hn::Set(d, g.moment[axis][side][p]),
+                            hn::Set(d, g.dw[axis][side][p]));
+    else
+      return hn::Set(d, g.moment[axis][side][p]);
   };
   V sum[3][3][3];
   // Sums over the particles for one i; P and Q of a j go to {lower, all, upper} along z.
@@ -86,19 +125,21 @@ HWY_INLINE void add_to_nodes(D d, const Contributions<size>& g, int begin, int e
       for (int k = 0; k < 3; ++k) sum[i][j][k] = hn::Zero(d);
     for (int p = begin; p < end; ++p) {
       const V wz[2] = {hn::Set(d, g.w[2][0][p]), hn::Set(d, g.w[2][1][p])};
-      const V dz[2] = {hn::Set(d, g.dw[2][0][p]), hn::Set(d, g.dw[2][1][p])};
+      V dz[2];
+      if constexpr (has_slopes) dz[0] = slope(2, 0, p), dz[1] = slope(2, 1, p);
       V along_x, along_y, along_z;  // wx carried + wx' T_x, wx T_y, wx T_z
       if constexpr (i == all) {
         if constexpr (carries) along_x = carried(p);
-        if constexpr (pulls) along_y = traction(1, p);
-        if constexpr (pulls) along_z = traction(2, p);
+        if constexpr (has_slopes) along_y = column(1, p);
+        if constexpr (has_slopes) along_z = column(2, p);
       } else {
-        const V wx = hn::Set(d, g.w[0][i / 2][p]), dx = hn::Set(d, g.dw[0][i / 2][p]);
+        const V wx = hn::Set(d, g.w[0][i / 2][p]);
         if constexpr (carries) along_x = wx * carried(p);
-        if constexpr (pulls) {
-          along_x = carries ? hn::MulAdd(dx, traction(0, p), along_x) : dx * traction(0, p);
-          along_y = wx * traction(1, p);
-          along_z = wx * traction(2, p);
+        if constexpr (has_slopes) {
+          const V dx = slope(0, i / 2, p);
+          along_x = carries ? hn::MulAdd(dx, column(0, p), along_x) : dx * column(0, p);
+          along_y = wx * column(1, p);
+          along_z = wx * column(2, p);
         }
       }
       constexpr bool has_x = carries || i != all;
@@ -106,15 +147,15 @@ HWY_INLINE void add_to_nodes(D d, const Contributions<size>& g, int begin, int e
         to[all] = to[all] + P;
         to[lower] = hn::MulAdd(wz[0], P, to[lower]);
         to[upper] = hn::MulAdd(wz[1], P, to[upper]);
-        if constexpr (pulls) to[lower] = hn::MulAdd(dz[0], Q, to[lower]);
-        if constexpr (pulls) to[upper] = hn::MulAdd(dz[1], Q, to[upper]);
+        if constexpr (has_slopes) to[lower] = hn::MulAdd(dz[0], Q, to[lower]);
+        if constexpr (has_slopes) to[upper] = hn::MulAdd(dz[1], Q, to[upper]);
       };
       for (const int j : {lower, upper}) {
         const V wy = hn::Set(d, g.w[1][j / 2][p]);
         V P, Q;
         if constexpr (has_x) P = wy * along_x;
-        if constexpr (pulls) {
-          const V dy = hn::Set(d, g.dw[1][j / 2][p]);
+        if constexpr (has_slopes) {
+          const V dy = slope(1, j / 2, p);
           P = has_x ? hn::MulAdd(dy, along_y, P) : dy * along_y;
           Q = wy * along_z;
         }
@@ -143,9 +184,9 @@ HWY_INLINE void add_to_nodes(D d, const Contributions<size>& g, int begin, int e
 }
 
 /// Lines 2-4 of Algorithm 1 for particles [begin, end), all of one cell, whose lowest node is `nodes`.
-template <int size>
-HWY_INLINE void add_to_cell(const Contributions<size>& g, int begin, int end, Node* nodes, int stride_x,
-                            int stride_y) {
+template <int size, bool with_affine>
+HWY_INLINE void add_to_cell(const Contributions<size, with_affine>& g, int begin, int end, Node* nodes,
+                            int stride_x, int stride_y) {
   const NodeVector d;
   constexpr int width = int(hn::MaxLanes(d));
   if constexpr (width == 8) {

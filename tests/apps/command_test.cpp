@@ -127,6 +127,25 @@ TEST(Command, BenchReportsWhatScriptsReadAndLeavesNothingBehind) {
   EXPECT_TRUE(contains(simd.text, "expected one of")) << simd.text;
 }
 
+TEST(Command, RunNamesTheTransferAndResumesWithNoOther) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.write("scene.toml", example_scene).string();
+  const auto plan = [&](const std::string& set) { return run("run " + scene + " --dry-run" + set).text; };
+  EXPECT_TRUE(contains(plan(""), "PIC-FLIP (flip = 0.99); 108 bytes a particle")) << plan("");
+  EXPECT_TRUE(contains(plan(" --set numerics.flip=0"), "PIC (velocity increments left out); 108 bytes"));
+  EXPECT_TRUE(contains(plan(" --set numerics.flip_time=0.001"), "PIC-FLIP (flip_time = 0.001 s); 108 bytes"));
+  const std::string apic = " --set numerics.transfer=apic";
+  EXPECT_TRUE(contains(plan(apic), "APIC; 180 bytes a particle")) << plan(apic);
+  EXPECT_TRUE(contains(plan(apic + " --set material.model=hencky"), "APIC; 172 bytes a particle"));
+
+  const std::string into = "run " + scene + " -o " + (folder.path() / "out").string() + " --max-steps ";
+  ASSERT_EQ(run(into + "3" + apic).status, 0);
+  const Outcome other = run(into + "6 --resume");
+  EXPECT_EQ(other.status, 2);
+  EXPECT_TRUE(contains(other.text, "of another scene")) << other.text;
+  EXPECT_EQ(run(into + "6 --resume" + apic).status, 0);
+}
+
 TEST(Command, ExitsWithFourOnADamagedFile) {
   const TemporaryFolder folder;
   const std::string file = folder.write("damaged.vdb", "this is no OpenVDB file").string();

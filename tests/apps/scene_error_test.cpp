@@ -221,6 +221,19 @@ TEST(SceneReader, RefusesKeysOfAnotherChoice) {
             "\"drucker_prager_softening\", but the model is \"hencky\" here.");
 }
 
+TEST(SceneReader, RefusesAFlipWithApic) {
+  for (const std::string key : {"flip = 0.99", "flip_time = 0.001"}) {
+    EXPECT_EQ(refusal_of("flip = 0.99", key + "\ntransfer = \"apic\""),
+              "scene.toml:31: numerics." + key +
+                  "; that key belongs to transfer = \"pic_flip\", but transfer = \"apic\" here.");
+  }
+  EXPECT_EQ(refusal(example_scene, {"numerics.transfer=apic", "numerics.flip=1"}),
+            "--set numerics.flip=1: numerics.flip = 1; that key belongs to transfer = \"pic_flip\", but "
+            "transfer = \"apic\" here.");
+  EXPECT_EQ(refusal_of("flip = 0.99", "transfer = \"flip\""),
+            "scene.toml:31: numerics.transfer = \"flip\"; expected \"pic_flip\" or \"apic\".");
+}
+
 TEST(SceneReader, RefusesTooManyLatticePoints) {
   EXPECT_EQ(refusal_of("resolution = 10", "resolution = 2000"),
             "scene.toml:3: sample.resolution = 2000; expected at most 4294967295 lattice points in all.");

@@ -43,6 +43,7 @@ TEST(Scene, HoldsEveryValueOfTheFileInSiUnits) {
   EXPECT_EQ(loading.speed, 2.0);
   EXPECT_EQ(loading.ramp_time, 0.0);
   EXPECT_EQ(std::get<UntilStrain>(scene.until).strain, 0.4);
+  EXPECT_EQ(scene.numerics.transfer, TransferScheme::pic_flip);
   EXPECT_EQ(scene.numerics.flip, 0.99);
   EXPECT_EQ(scene.output.history_every, 20);
   EXPECT_EQ(scene.output.frames, 40);
@@ -77,6 +78,16 @@ TEST(SceneOverride, LiftsWhatItExcludes) {
   EXPECT_TRUE(std::holds_alternative<UntilFailure>(scene.until));
   EXPECT_EQ(scene.numerics.flip_time, 1e-3);
   EXPECT_FALSE(scene.material.plasticity);
+}
+
+TEST(SceneOverride, SwitchesTheTransfer) {
+  // The example has a flip: APIC lifts it.
+  const Scene apic = read(example_scene, {"numerics.transfer=apic"});
+  EXPECT_EQ(apic.numerics.transfer, TransferScheme::apic);
+  const Scene blend = read(example_with("flip = 0.99", "transfer = \"apic\""),
+                           {"numerics.transfer=pic_flip", "numerics.flip_time=1 ms"});
+  EXPECT_EQ(blend.numerics.transfer, TransferScheme::pic_flip);
+  EXPECT_EQ(blend.numerics.flip_time, 1e-3);
 }
 
 TEST(SceneOverride, SwitchesTheKindOfLoading) {
@@ -159,6 +170,7 @@ TEST(ToToml, ReadsBackAsTheSameScene) {
       {"numerics.flip_time=0.0012345678901234567", "numerics.time_step=paper", "numerics.wall_rule=paper",
        "numerics.return_mapping=paper", "numerics.grid_offset=[0.1, -0.25, 1]", "output.paraview=false",
        "microstructure.threshold_rule=exact", "loading.ramp_time=0.1"}));
+  expect_round_trip(read(example_scene, {"numerics.transfer=apic"}));
   expect_round_trip(
       read(example_scene, {"material.model=hencky", "microstructure.source=full", "loading.until=failure"}));
   expect_round_trip(read(example_scene, {"loading.kind=triaxial", "loading.beta1=0.3", "loading.beta2=-0.7",
@@ -186,6 +198,15 @@ TEST(ToToml, WritesEveryDefault) {
         "threshold_rule = \"theory\"\n", "size = [1, 2, 1]\n"}) {
     EXPECT_NE(text.find(line), std::string::npos) << line;
   }
+}
+
+TEST(ToToml, WritesTheTransferWithItsOwnKeysOnly) {
+  const auto has = [](const std::vector<std::string>& overrides, const std::string& lines) {
+    return to_toml(read(example_scene, overrides)).find(lines) != std::string::npos;
+  };
+  EXPECT_TRUE(has({}, "transfer = \"pic_flip\"\nflip = 0.99\nwall_rule"));
+  EXPECT_TRUE(has({"numerics.flip_time=1 ms"}, "transfer = \"pic_flip\"\nflip_time = 0.001\nwall_rule"));
+  EXPECT_TRUE(has({"numerics.transfer=apic"}, "transfer = \"apic\"\nwall_rule"));
 }
 
 TEST(ShippedScenes, AreRead) {

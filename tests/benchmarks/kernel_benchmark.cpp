@@ -32,6 +32,7 @@ struct Block {
     for (auto* arrays : {&particles.s[0], &particles.v[0]})
       for (int a = 0; a < 3; ++a) arrays[a] = AlignedArray(n);
     for (auto& a : particles.h) a = AlignedArray(n);
+    for (auto& a : particles.affine) a = AlignedArray(n);
     particles.kappa = AlignedArray(n);
     for (std::size_t i = 0; i < n; ++i) {
       for (int a = 0; a < 3; ++a) particles.s[a][i] = 0.25 + 0.5 * uniform(random);
@@ -72,6 +73,10 @@ BENCHMARK_CAPTURE(advance_block, no_plasticity, PassKind({Model::hencky, Transfe
     ->Arg(8);
 BENCHMARK_CAPTURE(advance_block, no_plasticity_pic, PassKind({Model::hencky, Transfer::pic}), never_yields,
                   1e-5)
+    ->Arg(8);
+
+BENCHMARK_CAPTURE(advance_block, apic, PassKind({Model::drucker_prager_implicit, Transfer::apic}),
+                  never_yields, 1e-5)
     ->Arg(8);
 
 void update_leaf(benchmark::State& state) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <random>
 
+#include "errors.h"
 #include "io/checkpoint.h"
 #include "simulation.h"
 
@@ -12,19 +13,21 @@ namespace anticrack {
 namespace {
 
 /// A porous block that yields, has strays in every step and sorts now and then.
-SimulationSetup crushed(std::vector<Vec3>& positions) {
+SimulationSetup crushed(std::vector<Vec3>& positions, TransferScheme transfer) {
   const double h = 0.05;
   std::mt19937 random(3);
   for (int i = 0; i < 24; ++i)
     for (int j = 0; j < 32; ++j)
       for (int k = 0; k < 20; ++k)
         if (random() % 10 < 5) positions.push_back(h * Vec3(i + 0.5, j + 0.5, k + 0.5));
+  Numerics numerics;
+  numerics.transfer = transfer;
   return {h * Vec3(24, 32, 20),
           h * h * h,
           2 * h,
           {1e4, {10e9, 0.3}, DruckerPragerSoftening{1.2, 2.5e6, 1e6}},
           ConfinedCompression{1, true, 60.0},
-          {}};
+          numerics};
 }
 
 std::vector<double> state_of(const Simulation& s) {
@@ -42,6 +45,8 @@ std::vector<double> state_of(const Simulation& s) {
     for (const auto& a : p.v) all.push_back(a[i]);
     for (const auto& a : p.h) all.push_back(a[i]);
     all.push_back(p.kappa[i]);
+    for (const auto& a : p.affine)
+      if (a.size()) all.push_back(a[i]);
     all.push_back(p.id[i]);
   }
   return all;
@@ -51,9 +56,9 @@ bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
 }
 
-TEST(Simulation, IsBitwiseEqualForOneTwoAndFiveThreads) {
+void expect_same_bits_for_any_threads(TransferScheme transfer) {
   std::vector<Vec3> positions;
-  const SimulationSetup setup = crushed(positions);
+  const SimulationSetup setup = crushed(positions, transfer);
   std::vector<double> first;
   for (const int threads : {1, 2, 5}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -70,9 +75,17 @@ TEST(Simulation, IsBitwiseEqualForOneTwoAndFiveThreads) {
   }
 }
 
-TEST(Simulation, ResumesWithTheSameBitsOnAnotherThreadCount) {
+TEST(Simulation, IsBitwiseEqualForOneTwoAndFiveThreads) {
+  expect_same_bits_for_any_threads(TransferScheme::pic_flip);
+}
+
+TEST(Simulation, IsBitwiseEqualForOneTwoAndFiveThreadsWithApic) {
+  expect_same_bits_for_any_threads(TransferScheme::apic);
+}
+
+void expect_same_bits_after_resuming(TransferScheme transfer) {
   std::vector<Vec3> positions;
-  const SimulationSetup setup = crushed(positions);
+  const SimulationSetup setup = crushed(positions, transfer);
   std::vector<std::filesystem::path> files;
   Simulation whole(setup, positions);
   for (int n = 0; n < 250; ++n) {
@@ -91,6 +104,33 @@ TEST(Simulation, ResumesWithTheSameBitsOnAnotherThreadCount) {
     EXPECT_TRUE(same_bits(state_of(resumed), state_of(whole))) << file;
     std::filesystem::remove(file);
   }
+}
+
+TEST(Simulation, ResumesWithTheSameBitsOnAnotherThreadCount) {
+  expect_same_bits_after_resuming(TransferScheme::pic_flip);
+}
+
+TEST(Simulation, ResumesWithTheSameBitsOnAnotherThreadCountWithApic) {
+  expect_same_bits_after_resuming(TransferScheme::apic);
+}
+
+TEST(Simulation, RefusesACheckpointWithoutTheAffineMotionThatApicNeeds) {
+  std::vector<Vec3> positions;
+  const SimulationSetup setup = crushed(positions, TransferScheme::pic_flip);
+  const Simulation simulation(setup, positions);
+  const auto file = std::filesystem::path(testing::TempDir()) / "anticrack_resume_without_affine";
+  CheckpointWriter writer("scene");
+  simulation.save(writer);
+  writer.write(file);
+  CheckpointReader reader(file);
+  try {
+    Simulation resumed(crushed(positions, TransferScheme::apic), reader);
+    FAIL() << "resumed";
+  } catch (const FileError& error) {
+    EXPECT_NE(std::string(error.what()).find("\"particle.affine.xx\": missing"), std::string::npos)
+        << error.what();
+  }
+  std::filesystem::remove(file);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ Material brittle() {
 }
 
 struct Comparison {
-  double position = 0, velocity = 0, kappa = 0, stress = 0;
+  double position = 0, velocity = 0, affine = 0, kappa = 0, stress = 0;
 };
 
 /// Runs engine and reference side by side with the engine's time step.
@@ -30,6 +30,7 @@ Comparison compare(const SimulationSetup& setup, const std::vector<Vec3>& positi
                          engine.particle_mass(),
                          setup.particle_volume,
                          setup.numerics.flip,
+                         setup.numerics.transfer == TransferScheme::apic,
                          Vec3(setup.numerics.grid_offset.data()),
                          setup.numerics.wall_rule,
                          {},
@@ -44,6 +45,7 @@ Comparison compare(const SimulationSetup& setup, const std::vector<Vec3>& positi
     plain.walls.push_back({w.axis, w.upper, w.position, w.full_velocity, w.tangential == Tangential::fixed});
   for (int n = 0; n < steps; ++n) {
     engine.step(true);
+    if (setup.numerics.flip_time) plain.flip = std::exp(-engine.dt() / *setup.numerics.flip_time);
     plain.step(engine.dt());
   }
   Comparison worst;
@@ -63,6 +65,10 @@ Comparison compare(const SimulationSetup& setup, const std::vector<Vec3>& positi
     const auto& r = plain.particles[p.id[i]];
     worst.position = std::max(worst.position, (x[i] - r.x).norm() / setup.cell_size);
     worst.velocity = std::max(worst.velocity, (Vec3(p.v[0][i], p.v[1][i], p.v[2][i]) - r.v).norm() / scale_v);
+    if (plain.apic)
+      for (int e = 0; e < 9; ++e)
+        worst.affine =
+            std::max(worst.affine, std::abs(p.affine[e][i] - setup.cell_size * r.C(e / 3, e % 3)) / scale_v);
     if (p.kappa.size())
       worst.kappa = std::max(worst.kappa, std::abs(p.kappa[i] - r.kappa) / std::max(kappa, 1e-300));
   }
@@ -74,6 +80,11 @@ Comparison compare(const SimulationSetup& setup, const std::vector<Vec3>& positi
 
 SimulationSetup setup_of(const Index3& points, double h, const Material& material, const Loading& loading) {
   return {h * Vec3(points[0], points[1], points[2]), h * h * h, 2 * h, material, loading, {}};
+}
+
+SimulationSetup with_apic(SimulationSetup setup) {
+  setup.numerics.transfer = TransferScheme::apic;
+  return setup;
 }
 
 // Tolerances: F holds a strain of e to 1e-16 / e only, and the steps add it up; b - I does not. The reference
@@ -122,6 +133,76 @@ TEST(Simulation, MatchesPlainStepWithEveryInstructionSet) {
   use_simd("");
   EXPECT_EQ(kernels().simd, available_simd().front());
   EXPECT_THROW(use_simd("SSE9"), InputError);
+}
+
+// The tolerances of APIC are those of the same cases above; a sum against a polynomial of the cell adds a few
+// roundings of the nodal velocities to its affine part.
+TEST(Simulation, MatchesPlainStepInApicTransfer) {
+  const Index3 points{13, 14, 12};
+  Material sound = elastic();  // never yields: the combination with the paper's return mapping
+  sound.plasticity = DruckerPragerSoftening{1.2, 1e12, 0};
+  for (const Material& material : {elastic(), sound}) {
+    auto setup = with_apic(setup_of(points, 0.05, material, TriaxialLoading{0.5, -1, 2.0, WallKind::sticky}));
+    setup.numerics.return_mapping = ReturnMapping::paper;
+    const Comparison worst = compare(setup, porous_block(points, 0.05, 0.6), 300);
+    EXPECT_LT(worst.position, 1e-12);
+    EXPECT_LT(worst.velocity, 1e-9);
+    EXPECT_LT(worst.affine, 1e-9);
+    EXPECT_LT(worst.stress, 1e-9);
+  }
+}
+
+TEST(Simulation, MatchesPlainStepInApicTransferWhenYielding) {
+  const Index3 points{12, 16, 12};
+  const auto setup = with_apic(setup_of(points, 0.05, brittle(), ConfinedCompression{1, true, 5.0}));
+  double kappa = 0;
+  const Comparison worst = compare(setup, porous_block(points, 0.05, 0.5), 200, &kappa);
+  EXPECT_GT(kappa, 1e-4) << "the case must yield to say anything";
+  EXPECT_LT(worst.position, 1e-9);
+  EXPECT_LT(worst.kappa, 1e-6);
+}
+
+TEST(Simulation, MatchesPlainStepInApicTransferWithStraysAndShiftedGrid) {
+  const Index3 points{24, 9, 8};
+  auto setup = with_apic(setup_of(points, 0.05, elastic(1e9), ConfinedCompression{0, false, 60.0}));
+  setup.numerics.grid_offset = {0.3, 0.7, 0.11};
+  const auto positions = porous_block(points, 0.05, 0.5);
+  Simulation engine(setup, positions);
+  std::size_t strays = 0;
+  for (int n = 0; n < 120; ++n) {
+    engine.step(false);
+    strays += engine.stray_count();
+  }
+  EXPECT_GT(strays, 0u) << "the case must have strays to say anything";
+  const Comparison worst = compare(setup, positions, 120);
+  EXPECT_LT(worst.position, 1e-10);
+  EXPECT_LT(worst.velocity, 1e-9);
+  EXPECT_LT(worst.affine, 1e-9);
+}
+
+TEST(Simulation, MatchesPlainStepInApicTransferWithEveryInstructionSet) {
+  const Index3 points{12, 16, 12};
+  const auto setup = with_apic(setup_of(points, 0.05, brittle(), ConfinedCompression{1, true, 60.0}));
+  for (const std::string& simd : available_simd()) {
+    use_simd(simd);
+    double kappa = 0;
+    const Comparison worst = compare(setup, porous_block(points, 0.05, 0.5), 60, &kappa);
+    EXPECT_GT(kappa, 1e-4) << "the case must yield to say anything";
+    EXPECT_LT(worst.position, 1e-9) << simd;
+    EXPECT_LT(worst.kappa, 1e-6) << simd;
+  }
+  use_simd("");
+}
+
+TEST(Simulation, MatchesPlainStepWithFlipTime) {
+  const Index3 points{12, 16, 12};
+  auto setup = setup_of(points, 0.05, brittle(), ConfinedCompression{1, true, 5.0});
+  setup.numerics.flip_time = 1e-4;  // a few steps
+  double kappa = 0;
+  const Comparison worst = compare(setup, porous_block(points, 0.05, 0.5), 200, &kappa);
+  EXPECT_GT(kappa, 1e-6) << "the case must yield to say anything";
+  EXPECT_LT(worst.position, 1e-9);
+  EXPECT_LT(worst.velocity, 1e-6);
 }
 
 TEST(Simulation, MatchesPlainStepInPicTransfer) {

@@ -141,6 +141,17 @@ TEST(Stability, AnyPoissonRatioWithTheDefaultTimeStep) {
   }
 }
 
+TEST(Stability, ApicWithTheDefaultTimeStep) {
+  Numerics apic;
+  apic.transfer = TransferScheme::apic;
+  double most = 0;
+  for (const double nu : {-0.5, 0.0, 0.2, 0.3, 0.45, 0.49, 0.4999})
+    most = std::max(most, energy_growth(elastic(10e9, nu), apic, 1000));
+  print("APIC, nu = -0.5 to 0.4999, loose fragments", "survives",
+        text("energy never above %.3f of the first", most));
+  EXPECT_LT(most, 1.05);
+}
+
 TEST(Stability, ThePapersTimeStepFailsForALoneParticleAndNearIncompressibility) {
   Numerics paper;
   paper.time_step = TimeStepRule::paper;
