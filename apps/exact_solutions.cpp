@@ -38,6 +38,13 @@ Vec3 ManufacturedWave::velocity(const Vec3& X, double t) const {
   return v;
 }
 
+Mat3 ManufacturedWave::velocity_gradient(const Vec3& X, double t) const {
+  Vec3 slope;
+  for (int i = 0; i < 3; ++i)
+    slope[i] = 2 * pi * amplitude_ * std::cos(2 * pi * X[i]) * omega_[i] * std::cos(omega_[i] * t);
+  return slope.cwiseQuotient(stretch(X, t)).asDiagonal();
+}
+
 Vec3 ManufacturedWave::stretch(const Vec3& X, double t) const {
   Vec3 F;
   for (int i = 0; i < 3; ++i)
@@ -85,7 +92,7 @@ Vec3 ManufacturedWave::body_acceleration(const Vec3& x, double t) const {
 
 struct GeneralizedVortex::Ring {
   double r;
-  double alpha, alpha_dot, alpha_dot_dot;
+  double alpha, alpha_dot, alpha_dot_dot, dalpha_dot_dr;
   double gamma, dgamma_dr;
   double cosine, sine;  ///< of the polar angle
 };
@@ -110,6 +117,7 @@ GeneralizedVortex::Ring GeneralizedVortex::ring(const Vec3& from_axis, double t)
   ring.alpha = g * h;
   ring.alpha_dot = 0.5 * amplitude_ * omega * std::sin(omega * t) * h;
   ring.alpha_dot_dot = 0.5 * amplitude_ * omega * omega * std::cos(omega * t) * h;
+  ring.dalpha_dot_dr = 0.5 * amplitude_ * omega * std::sin(omega * t) * dh;
   ring.gamma = ring.r * g * dh;
   ring.dgamma_dr = g * (dh + ring.r * ddh);
   return ring;
@@ -131,6 +139,13 @@ Vec3 GeneralizedVortex::velocity(const Vec3& X, double t) const {
   const Vec3 P = X + displacement(X, t) - centre_;
   const double omega = ring(P, t).alpha_dot;
   return {-omega * P[1], omega * P[0], 0};
+}
+
+Mat3 GeneralizedVortex::velocity_gradient(const Vec3& X, double t) const {
+  const Ring at = ring(X + displacement(X, t) - centre_, t);
+  const Vec3 e_r(at.cosine, at.sine, 0), e_t(-at.sine, at.cosine, 0);
+  return at.alpha_dot * (e_t * e_r.transpose() - e_r * e_t.transpose()) +
+         at.r * at.dalpha_dot_dr * e_t * e_r.transpose();
 }
 
 SymmetricTensor GeneralizedVortex::kirchhoff_stress(const Vec3& X, double t) const {

@@ -23,6 +23,7 @@ class ManufacturedWave {
   double end_time() const;                           ///< a wave has crossed the cube three times in two [s]
   Vec3 displacement(const Vec3& X, double t) const;  ///< [m]
   Vec3 velocity(const Vec3& X, double t) const;      ///< [m/s]
+  Mat3 velocity_gradient(const Vec3& X, double t) const;            ///< in space [1/s]
   SymmetricTensor kirchhoff_stress(const Vec3& X, double t) const;  ///< [Pa]
 
   /// b_i = u_i'' - F_i' (lambda + 2 mu - tau_i) / (rho0 F_i^2) with F_i = 1 + 2 pi A cos(2 pi X_i)
@@ -57,6 +58,7 @@ class GeneralizedVortex {
   double end_time() const { return period_; }
   Vec3 displacement(const Vec3& X, double t) const;
   Vec3 velocity(const Vec3& X, double t) const;
+  Mat3 velocity_gradient(const Vec3& X, double t) const;
   SymmetricTensor kirchhoff_stress(const Vec3& X, double t) const;
   /// b = a - div sigma / rho with sigma of simple shear: sigma_rr = -sigma_tt = -2 mu a tanh a, sigma_rt = 2
   /// mu a / cosh a, gamma = 2 sinh a.

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "exact_solutions.h"
+#include "free_spin.h"
 #include "observables/observer.h"
 #include "sample.h"
 #include "simulation.h"
@@ -122,9 +123,11 @@ Solution solve_motion(const Motion& motion, SimulationSetup setup, const std::ve
   for (const Vec3& place : X) max_speed = std::max(max_speed, motion.velocity(place, 0).norm());
   const double dt = adaptive_time_step(setup.numerics, setup.cell_size, setup.material, 0, max_speed);
   std::vector<Vec3> v;
+  std::vector<Mat3> gradient;
   for (const Vec3& place : X) v.push_back(motion.velocity(place, -0.5 * dt));
+  for (const Vec3& place : X) gradient.push_back(motion.velocity_gradient(place, -0.5 * dt));
 
-  Simulation simulation(setup, X, v);
+  Simulation simulation(setup, X, v, gradient);
   SquaredError of_displacement, of_stress;
   int looks = 0;
   const auto look = [&] {
@@ -176,7 +179,7 @@ Solution solve_moduli(const Knobs& knobs, const Material& material, TriaxialLoad
   std::vector<Vec3> v;
   for (const Vec3& place : X) v.push_back(rates.cwiseProduct(place - 0.5 * Vec3::Ones()));
 
-  Simulation simulation(setup, X, v);
+  Simulation simulation(setup, X, v, std::vector<Mat3>(X.size(), rates.asDiagonal()));
   Observer observer(simulation);
   const int row_every = std::max(1, int(end_time / simulation.next_time_step() / 200));
   Solution solution = take_steps(simulation, end_time, row_every, [&] {
@@ -243,6 +246,25 @@ Solution solve_softening(const Knobs& knobs) {
   return solution;
 }
 
+constexpr double ball_radius = 0.35;  // [m]
+constexpr double rim_speed = 0.05;    // over the wave speed
+
+/// A ball that spins freely through one turn.
+Solution solve_spin(const Knobs& knobs) {
+  const Vec3 box = 3 * Vec3::Ones(), centre = 1.47 * Vec3::Ones();
+  SimulationSetup setup = make_setup(knobs, box, elastic_material(), slip_walls_at_rest());
+  const auto X = lattice_points(knobs, box, [&](const Vec3& X) { return (X - centre).norm() < ball_radius; });
+  const double speed = rim_speed * elastic_wave_speed(setup.material) / ball_radius;
+  Simulation simulation = spinning_body(setup, X, speed * Vec3(1, 2, 3).normalized());
+  const Vec3 before = angular_momentum(simulation);
+  const double energy = simulation.kinetic_energy();
+  Solution solution = take_steps(simulation, 2 * std::numbers::pi / speed, 0, [] {});
+  solution.measures = {
+      {"angular_momentum", (angular_momentum(simulation) - before).norm() / before.norm(), 0},
+      {"kinetic_energy", simulation.kinetic_energy() / energy - 1, 0}};
+  return solution;
+}
+
 struct Problem {
   const char* name;
   std::function<Solution(const Knobs&)> solve;
@@ -269,6 +291,7 @@ const std::vector<Problem>& problems() {
       {"void_0.5", with_void(0.5), 0.5, 1, true},
       {"porous", solve_porous, 0.5, 1, true},
       {"softening", solve_softening, 1, 1, true},
+      {"spin", solve_spin, 0.18, 2 * std::numbers::pi * ball_radius / rim_speed, false},
   };
   return all;
 }
@@ -301,6 +324,7 @@ struct CaseList {
     add("PIC", cells, [](Knobs& k) { k.numerics.flip = 0; });
     add("FLIP 1", cells, [](Knobs& k) { k.numerics.flip = 1; });
     const double transit = 1 / elastic_wave_speed(elastic_material());
+    add("APIC", cells, [](Knobs& k) { k.numerics.transfer = TransferScheme::apic; });
     add("FLIP by time", cells, [&](Knobs& k) { k.numerics.flip_time = transit; });
   }
   void add_particles(const std::vector<int>& cells) {
@@ -398,6 +422,10 @@ std::vector<PrecisionCase> precision_cases(bool quick) {
         k.transits = transits;
         k.numerics.return_mapping = mapping;
       });
+
+  CaseList spin{"spin", quick, cases};
+  spin.add("", {8, 16});
+  spin.add_transfers({8, 16});
   return cases;
 }
 

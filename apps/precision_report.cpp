@@ -27,6 +27,7 @@ std::string time_step_name(const Numerics& numerics) {
 }
 
 std::string transfer_name(const Numerics& numerics) {
+  if (numerics.transfer == TransferScheme::apic) return "apic";
   if (numerics.flip_time) return fmt::format("flip_time {:g} s", *numerics.flip_time);
   return numerics.flip == 0 ? "pic" : fmt::format("flip {:g}", numerics.flip);
 }

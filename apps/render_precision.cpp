@@ -18,8 +18,10 @@ std::string label_of(const std::string& variant) {
 }
 
 std::string error_label(const std::string& measure) {
-  const std::string kind = measure.size() == 1 ? "relative" : "relative L_2";  // a modulus is one number
-  return fmt::format("{} error of {}", kind, measure == "kappa" ? "\u03ba" : measure);
+  const bool of_particles = measure == "displacement" || measure == "stress" || measure == "kappa";
+  std::string what = measure == "kappa" ? "\u03ba" : measure;
+  std::replace(what.begin(), what.end(), '_', ' ');
+  return fmt::format("relative {}error of {}", of_particles ? "L_2 " : "", what);
 }
 
 /// One curve a variant through its points in order of `x`.

@@ -67,10 +67,18 @@ void expect_hencky_stress(const Motion& motion, const Vec3& X, double t) {
 }
 
 template <class Motion>
-void expect_velocity(const Motion& motion, const Vec3& X, double t, double time_scale) {
+void expect_velocity_and_its_gradient(const Motion& motion, const Vec3& X, double t, double time_scale) {
   const double et = 1e-5 * time_scale;
   const Vec3 v = (motion.displacement(X, t + et) - motion.displacement(X, t - et)) / (2 * et);
   EXPECT_LT((motion.velocity(X, t) - v).norm(), 1e-7 * v.norm());
+  // dv/dX = grad v . F
+  constexpr double e = 1e-5;
+  Mat3 by_material;
+  for (int a = 0; a < 3; ++a)
+    by_material.col(a) =
+        (motion.velocity(X + e * unit(a), t) - motion.velocity(X - e * unit(a), t)) / (2 * e);
+  const Mat3 gradient = motion.velocity_gradient(X, t) * deformation_gradient(motion, X, t);
+  EXPECT_LT((gradient - by_material).norm(), 1e-6 * by_material.norm());
 }
 
 TEST(ManufacturedWave, IsAMotionOfHenckyElasticityUnderItsBodyForce) {
@@ -81,7 +89,7 @@ TEST(ManufacturedWave, IsAMotionOfHenckyElasticityUnderItsBodyForce) {
         const double t = share * wave.end_time();
         expect_hencky_stress(wave, X, t);
         expect_balance_of_momentum(wave, X, t, wave.end_time());
-        expect_velocity(wave, X, t, wave.end_time());
+        expect_velocity_and_its_gradient(wave, X, t, wave.end_time());
       }
   }
 }
@@ -108,7 +116,7 @@ TEST(GeneralizedVortex, IsAMotionOfHenckyElasticityUnderItsBodyForce) {
         ASSERT_TRUE(vortex.contains(X));
         expect_hencky_stress(vortex, X, share * period);
         expect_balance_of_momentum(vortex, X, share * period, period);
-        expect_velocity(vortex, X, share * period, period);
+        expect_velocity_and_its_gradient(vortex, X, share * period, period);
       }
 }
 
