@@ -15,6 +15,7 @@
 #include "io/provenance.h"
 #include "material.h"
 #include "nearest_name.h"
+#include "precision.h"
 #include "run.h"
 #if ANTICRACK_RENDER
 #include "render.h"
@@ -32,6 +33,7 @@ void add_commands(CLI::App& app) {
 #endif
   add_material_command(app);
   add_bench_command(app);
+  add_precision_command(app);
   add_info_command(app);
 }
 

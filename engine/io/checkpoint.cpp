@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr std::array<char, 8> magic = {'A', 'N', 'T', 'I', 'C', 'R', 'C', 'P'};
 constexpr std::uint32_t byte_order_mark = 0x01020304;
-constexpr std::uint32_t format_version = 2;
+constexpr std::uint32_t format_version = 3;
 constexpr std::size_t piece = 1 << 20;  // bytes read at once while verifying
 
 struct Head {
