@@ -25,7 +25,7 @@ std::string as_key(const Loading& loading, double times) {
 }
 
 std::string percent(double share) {
-  return share < 0.3 ? fmt::format("{:.2g} %", 100 * share) : std::string("tens of percent");
+  return share < 0.3 ? fmt::format("up to {:.2g} %", 100 * share) : std::string("more than 30 %");
 }
 
 }  // namespace
@@ -44,24 +44,26 @@ double expected_failure_strain(const Material& material, const Loading& loading)
          material.plasticity->cohesion / material.elasticity.young_modulus;
 }
 
-std::string loading_advice(const SimulationSetup& setup, double seconds) {
+std::string loading_advice(const SimulationSetup& setup, double until_strain, double seconds) {
   using namespace loading_law;
   const double c = elastic_wave_speed(setup.material), passage = setup.box_size.maxCoeff() / c;
   std::string text = fmt::format("loading: walls at {:.3g} m/s, {:.2g} of the elastic wave speed; ",
                                  wall_speed(setup), wall_speed(setup) / c);
   if (const auto& plasticity = setup.material.plasticity; !plasticity || plasticity->cohesion == 0)
     return text + fmt::format("{:.3g} of strain in one passage of the wave\n", strain_rate(setup) * passage);
-  const double strain =
-      failure_strain_factor * plasticity->cohesion / setup.material.elasticity.young_modulus;
+  const double strain = expected_failure_strain(setup.material, setup.loading);
   const double passages = strain / (strain_rate(setup) * passage);
   text += fmt::format(
-      "failure expected near strain {:.2g}, after {:.2g} passages of the wave\n"
-      "error: up to {} in the moduli, {} in the failure stress\n",
+      "failure expected near strain {:.2g}, after {:.3g} passages of the wave\n"
+      "error: {} in the moduli, {} in the failure stress\n",
       strain, passages, percent(modulus_error(passages)), percent(failure_stress_error(passages)));
   const auto line = [&](const char* what, double needed) {
     const double times = passages / needed;
-    text += fmt::format("  {:<32} --set {}, {}\n", what, as_key(setup.loading, times),
+    text += fmt::format("  {:<32} --set {}, {}", what, as_key(setup.loading, times),
                         duration_text(seconds / times));
+    if (strain < 0.5 * until_strain)
+      text += fmt::format(", of which {} to failure", duration_text(seconds / times * strain / until_strain));
+    text += '\n';
   };
   for (const double error : {0.05, 0.01})
     line(fmt::format("moduli within {:.0f} %:", 100 * error).c_str(), passages_for_modulus(error));

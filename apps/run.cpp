@@ -137,7 +137,7 @@ void print_plan(const Scene& scene, const Sample& sample, const MemoryEstimate& 
   fmt::print("{} {:.3g}: about {:.3g} steps, {} (the time step shrinks under compression)\n",
              until_strain(scene) ? "to strain" : "to failure, if that is at strain", strain, steps,
              duration_text(steps * seconds));
-  fmt::print("{}", loading_advice(setup, steps * seconds));
+  fmt::print("{}", loading_advice(setup, strain, steps * seconds));
 }
 
 /// One run from its first or resumed state to its end.

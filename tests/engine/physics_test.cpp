@@ -163,6 +163,33 @@ TEST(EnergyBalance, ClosesToAThousandthInElasticRuns) {
   }
 }
 
+TEST(Observer, CallsALoadingQuasiStaticOnlyIfTheWaveHasPassedOftenBeforeFailure) {
+  // The same porous block in pure shear, fast and slow. Kinetic energy and wall stress alone would pass the
+  // fast one.
+  const double h = 1.0 / 12;
+  std::string verdict[2];
+  for (const int slow : {0, 1}) {
+    const TriaxialLoading loading{1, 0, slow ? 0.01 : 0.1, WallKind::sticky};
+    const Material brittle{1e4, {10e9, 0.3}, DruckerPragerSoftening{1.2, 2.5e7, 1e6}};
+    Simulation s({Vec3(1, 1, 1), h * h * h, 2 * h, brittle, loading, {}}, porous_block({12, 12, 12}, h, 0.6));
+    Observer observer(s);
+    while (!observer.failure() && Observer::loading_strain(s) < 0.05) {
+      const bool due = (s.steps() + 1) % 8 == 0;
+      s.step(due);
+      if (due) observer.record(s, 0);
+    }
+    ASSERT_TRUE(observer.failure());
+    const QuasiStatic certificate = observer.quasi_static();
+    verdict[slow] = certificate.verdict;
+    std::printf("%.1f wave passages, kinetic over internal energy %.4f: %s\n", certificate.wave_passages,
+                certificate.kinetic_over_internal, certificate.verdict.c_str());
+    EXPECT_EQ(certificate.wave_passages > 40, bool(slow));
+    EXPECT_LT(certificate.kinetic_over_internal, 0.05);
+  }
+  EXPECT_EQ(verdict[1], "quasi-static");
+  EXPECT_TRUE(verdict[0].starts_with("not quasi-static; failed after ")) << verdict[0];
+}
+
 TEST(Observer, WallAndVolumeStressAgreeBetweenStickyWallsToo) {
   // Pure shear of a porous block: walls at rest pull along themselves, which their normal forces do not show.
   const double h = 1.0 / 16;
