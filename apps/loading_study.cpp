@@ -12,6 +12,7 @@
 #include "errors.h"
 #include "io/atomic_file.h"
 #include "loading_cases.h"
+#include "observables/loading_law.h"
 #include "observables/observer.h"
 #include "output_folder.h"
 #if ANTICRACK_RENDER
@@ -138,8 +139,8 @@ MedianAndWorst sizes(const std::vector<LoadingError>& all, double LoadingError::
 
 /// Errors by passages of the wave before failure, in bins of a factor of two.
 void print_law(const std::vector<LoadingError>& all) {
-  fmt::print("{:<18}{:>6}{:>18}{:>18}{:>18}{:>18}{:>14}\n", "wave passages", "cases", "modulus",
-             "failure stress", "failure strain", "peak stress", "not quasi-s.");
+  fmt::print("{:<18}{:>6}{:>18}{:>18}{:>18}{:>18}{:>14}{:>10}\n", "wave passages", "cases", "modulus",
+             "failure stress", "failure strain", "peak stress", "not quasi-s.", "speed-up");
   for (double from = 256; from >= 2; from /= 2) {
     std::vector<LoadingError> bin;
     int refused = 0;
@@ -155,32 +156,50 @@ void print_law(const std::vector<LoadingError>& all) {
       const auto [median, worst] = sizes(bin, member);
       fmt::print("{:>18}", fmt::format("{:.1f} % ({:.1f} %)", 100 * median, 100 * worst));
     }
-    fmt::print("{:>14}\n", refused);
+    fmt::print("{:>14}{:>10.3g}\n", refused, sizes(bin, &LoadingError::speed_up).median);
   }
-  fmt::print("median (worst) of the errors against the slowest run of each series\n");
+  fmt::print(
+      "median (worst) of the errors, and median of the speed-up, against the slowest run of each series\n");
 }
 
 #if ANTICRACK_RENDER
+/// A picture a loading and quantity: errors against passages in decades, beside the law.
 void draw(const std::vector<std::vector<LoadingError>>& series, const fs::path& folder) {
-  struct Picture {
-    const char *file, *label;
+  struct Quantity {
+    const char *name, *label;
     double LoadingError::*error;
+    double (*law)(double wave_passages);
   };
-  for (const Picture& picture :
-       {Picture{"loading_modulus.png", "error of the modulus [%]", &LoadingError::modulus},
-        Picture{"loading_failure_stress.png", "error of the failure stress [%]", &LoadingError::stress},
-        Picture{"loading_failure_strain.png", "error of the failure strain [%]", &LoadingError::strain}}) {
-    Plot plot{"log_{10} of the wave's passages before failure", picture.label, {}};
-    for (const auto& cases : series) {
-      Curve curve{fmt::format("{}, {}", cases.front().at.sample, cases.front().at.loading), {}, {}};
-      for (const LoadingError& e : cases) {
-        curve.x.push_back(std::log10(e.at.passages));
-        curve.y.push_back(100 * e.*picture.error);
+  constexpr Quantity quantities[] = {
+      {"modulus", "modulus", &LoadingError::modulus, loading_law::modulus_error},
+      {"failure_stress", "failure stress", &LoadingError::stress, loading_law::failure_stress_error},
+      {"failure_strain", "failure strain", &LoadingError::strain, nullptr},
+  };
+  for (const char* loading : {"isotropic", "confined", "shear"})
+    for (const Quantity& quantity : quantities) {
+      Plot plot{"log_{10} of the wave's passages before failure",
+                fmt::format("log_{{10}} error [%]: {}, {}", quantity.label, loading),
+                {}};
+      for (const auto& cases : series) {
+        if (cases.front().at.loading != loading) continue;
+        Curve curve{cases.front().at.sample, {}, {}};
+        for (const LoadingError& e : cases) {
+          curve.x.push_back(std::log10(e.at.passages));
+          curve.y.push_back(std::log10(100 * std::abs(e.*quantity.error)));
+        }
+        plot.curves.push_back(std::move(curve));
       }
-      plot.curves.push_back(std::move(curve));
+      if (quantity.law) {
+        Curve law{"advice", {}, {}};
+        for (const double passages : {2.0, 256.0}) {
+          law.x.push_back(std::log10(passages));
+          law.y.push_back(std::log10(100 * quantity.law(passages)));
+        }
+        plot.curves.push_back(std::move(law));
+      }
+      write_text_atomically(folder / fmt::format("loading_{}_{}.png", loading, quantity.name),
+                            draw_plot(plot, DocumentFormat::png));
     }
-    write_text_atomically(folder / picture.file, draw_plot(plot, DocumentFormat::png));
-  }
 }
 #endif
 
