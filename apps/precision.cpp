@@ -25,7 +25,7 @@ CLI::App* add_precision_command(CLI::App& app) {
   command->add_option("-o,--output", options->output, "Folder to write; cases done before are not run again")
       ->required()
       ->type_name("DIR");
-  command->add_flag("--loading", options->loading, "How fast may one load? Half an hour on one core");
+  command->add_flag("--loading", options->loading, "How fast may one load? A quarter of an hour, one thread");
   add_progress_options(*command, *options);
   command->footer(
       "Examples:\n"
