@@ -17,6 +17,7 @@
 #include "io/atomic_file.h"
 #include "io/provenance.h"
 #include "kernels.h"
+#include "loading_study.h"
 #include "output_folder.h"
 #include "precision_report.h"
 #include "stop_signal.h"
@@ -35,7 +36,7 @@ struct PrecisionOptions : CommonOptions {
   std::vector<std::string> problems;
   int runs = 5;
   double case_seconds = 30;
-  bool quick = false, resume = false;
+  bool quick = false, resume = false, loading = false;
 };
 
 constexpr const char* results_file = "precision.json";
@@ -166,13 +167,21 @@ CLI::App* add_precision_command(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--quick", options->quick, "Coarse grids only");
   command->add_flag("--resume", options->resume, "Go on where the study in the folder was stopped");
+  command
+      ->add_flag("--loading", options->loading,
+                 "Instead: how fast may one load? A quarter of an hour; cases done before are not run again")
+      ->excludes("--problem", "--quick", "--resume");
   add_progress_options(*command, *options);
   command->footer(
       "Examples:\n"
       "  anticrack precision -o out/precision --quick --runs 1\n"
       "  anticrack precision -o out/precision\n"
-      "  anticrack precision -o out/void --problem void_0.3");
-  command->callback([options] { precision(*options); });
+      "  anticrack precision -o out/void --problem void_0.3\n"
+      "  anticrack precision -o out/loading --loading");
+  command->callback([options] {
+    if (options->loading) return study_loading(options->output, options->progress());
+    precision(*options);
+  });
   return command;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -9,7 +10,7 @@
 #include <numbers>
 
 #include "exact_solutions.h"
-#include "free_spin.h"
+#include "observables/angular_momentum.h"
 #include "observables/observer.h"
 #include "sample.h"
 #include "simulation.h"
@@ -255,7 +256,13 @@ Solution solve_spin(const Knobs& knobs) {
   SimulationSetup setup = make_setup(knobs, box, elastic_material(), slip_walls_at_rest());
   const auto X = lattice_points(knobs, box, [&](const Vec3& X) { return (X - centre).norm() < ball_radius; });
   const double speed = rim_speed * elastic_wave_speed(setup.material) / ball_radius;
-  Simulation simulation = spinning_body(setup, X, speed * Vec3(1, 2, 3).normalized());
+  const Vec3 omega = speed * Vec3(1, 2, 3).normalized(), axis_point = centre_of_mass(X);
+  Mat3 gradient;
+  for (int a = 0; a < 3; ++a) gradient.col(a) = omega.cross(Vec3::Unit(a));
+  std::vector<Vec3> v;
+  for (const Vec3& place : X) v.push_back(gradient * (place - axis_point));
+
+  Simulation simulation(setup, X, v, std::vector<Mat3>(X.size(), gradient));
   const Vec3 before = angular_momentum(simulation);
   const double energy = simulation.kinetic_energy();
   Solution solution = take_steps(simulation, 2 * std::numbers::pi / speed, 0, [] {});

@@ -14,6 +14,7 @@
 #include "common_options.h"
 #include "errors.h"
 #include "exit_codes.h"
+#include "loading_advice.h"
 #include "observables/observer.h"
 #include "output_folder.h"
 #include "run_folder.h"
@@ -57,15 +58,6 @@ std::optional<double> until_strain(const Scene& scene) {
 double frame_interval(const Scene& scene) {
   constexpr double failure_scale = 4e-3;
   return until_strain(scene).value_or(failure_scale) / std::max(1, scene.output.frames);
-}
-
-/// Rate of Observer::loading_strain at full wall speed [1/s].
-double strain_rate(const SimulationSetup& setup) {
-  if (const auto* confined = std::get_if<ConfinedCompression>(&setup.loading))
-    return (confined->both_platens ? 2 : 1) * confined->speed / setup.box_size[confined->axis];
-  const auto& triaxial = std::get<TriaxialLoading>(setup.loading);
-  const Vec3 factor(triaxial.beta2 + triaxial.beta1, triaxial.beta2 - triaxial.beta1, triaxial.beta2);
-  return 2 * triaxial.strain_rate * factor.cwiseAbs().maxCoeff();
 }
 
 std::string loading_name(const Loading& loading) {
@@ -124,11 +116,14 @@ void print_plan(const Scene& scene, const Sample& sample, const MemoryEstimate& 
              double(simulation.bytes()) / (1 << 30));
   fmt::print("time step {:.4g} s, {:.3g} s a step, {:.3g} M particle-steps/s\n", simulation.dt(), seconds,
              1e-6 * double(sample.positions.size()) / seconds);
-  const double strain = until_strain(scene).value_or(1e-3);
+  const bool fails = scene.material.plasticity && scene.material.plasticity->cohesion > 0;
+  const double strain =
+      until_strain(scene).value_or(fails ? expected_failure_strain(scene.material, scene.loading) : 1e-3);
   const double steps = strain / (strain_rate(setup) * simulation.dt());
   fmt::print("{} {:.3g}: about {:.3g} steps, {} (the time step shrinks under compression)\n",
              until_strain(scene) ? "to strain" : "to failure, if that is at strain", strain, steps,
              duration_text(steps * seconds));
+  fmt::print("{}", loading_advice(setup, strain, steps * seconds));
 }
 
 /// One run from its first or resumed state to its end.

@@ -38,6 +38,8 @@ struct Ledger {
   std::array<double, 6> wall_impulse{};  ///< along +axis [N s]
   double generalized_impulse = 0;        ///< see WallAction
   std::array<double, 3> wall_virial{};   ///< see WallAction [N s m]
+  double stress_work = 0;         ///< what the stresses took from the motion of the grid in the last step ...
+  double stress_work_before = 0;  ///< ... and in the one before
 };
 
 /// Wall seconds of the parts of a step, summed over the steps since construction.

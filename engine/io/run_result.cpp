@@ -39,6 +39,7 @@ void write_run_result(const RunResult& result, const std::filesystem::path& file
   json["quasi_static"] = {{"kinetic_over_internal", result.quasi_static.kinetic_over_internal},
                           {"wall_over_volume_stress", result.quasi_static.wall_over_volume_stress},
                           {"energy_residual", result.quasi_static.energy_residual},
+                          {"wave_passages", result.quasi_static.wave_passages},
                           {"verdict", result.quasi_static.verdict}};
   // Labels come from scenes: bytes that are not UTF-8 must not cost the result of a run.
   write_text_atomically(file,

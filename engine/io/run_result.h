@@ -22,7 +22,9 @@ struct QuasiStatic {
   double
       wall_over_volume_stress;  ///< stress by the wall forces over the volume average [-]; 1 in equilibrium
   double energy_residual;       ///< relative [-]
-  std::string verdict;          ///< one line for the reader
+  double wave_passages;  ///< of the solid's longitudinal wave through the sample before failure, or the end
+  bool failed;           ///< whether the sample has
+  std::string verdict;   ///< one line for the reader
 };
 
 /// The end of a run, result.json. A number that is not finite becomes null.

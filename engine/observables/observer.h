@@ -54,7 +54,11 @@ class Observer {
   void restore(const Memory& memory) { m_ = memory; }
 
  private:
+  double passage_time_;  ///< of the solid's longitudinal wave through the sample [s]
   Memory m_{};
 };
+
+/// One line for the reader: "quasi-static", or why not. `verdict` itself is not looked at.
+std::string quasi_static_verdict(const QuasiStatic& certificate);
 
 }  // namespace anticrack

@@ -22,7 +22,7 @@ RunResult some_result() {
   result.steps = 10000;
   result.solid_fraction_asked = 0.34;
   result.solid_fraction_achieved = 0.34000012;
-  result.quasi_static = {1e-4, 1.001, 1e-9, "quasi-static"};
+  result.quasi_static = {1e-4, 1.001, 1e-9, 200, true, "quasi-static"};
   return result;
 }
 
@@ -40,6 +40,7 @@ TEST_F(Report, ResultNamesItsWallsAndHoldsItsNumbers) {
   EXPECT_EQ(json["solid_fraction"]["asked"], 0.34);
   EXPECT_EQ(json["solid_fraction"]["achieved"], 0.34000012);
   EXPECT_EQ(json["quasi_static"]["kinetic_over_internal"], 1e-4);
+  EXPECT_EQ(json["quasi_static"]["wave_passages"], 200);
   EXPECT_EQ(json["quasi_static"]["verdict"], "quasi-static");
 }
 

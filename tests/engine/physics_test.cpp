@@ -110,12 +110,84 @@ TEST(Observer, ReadsTheModuliOfASolidAndClosesTheEnergyBalance) {
   EXPECT_NEAR(*observer.shear_modulus() / setup.material.elasticity.mu(), 1, 5e-3);
   std::printf("energy residual %.2e, wall over volume stress %.4f\n", row.energy_residual,
               observer.quasi_static().wall_over_volume_stress);
-  // The velocity is half a step behind the strain: half a step of the wall's power, dt / t of its work, stays
-  // open.
-  EXPECT_LT(std::abs(row.energy_residual), 2 * row.dt / row.time);
+  EXPECT_LT(std::abs(row.energy_residual), 1e-3);
   EXPECT_NEAR(observer.quasi_static().wall_over_volume_stress, 1, 0.02);
   EXPECT_GT(row.second_order_work, 0);
   EXPECT_FALSE(observer.failure());
+}
+
+/// What is missing in the balance of any row (each 20 steps), over the energy in the last; 40 passages of the
+/// wave.
+double open_balance(const Loading& loading, double share, double flip) {
+  const double h = 1.0 / 16;
+  Numerics numerics;
+  numerics.flip = flip;
+  Simulation s({Vec3(1, 1, 1), h * h * h, 2 * h, elastic(), loading, numerics},
+               porous_block({16, 16, 16}, h, share));
+  Observer observer(s);
+  double worst = 0, energy = 0;
+  while (s.time() * elastic_wave_speed(elastic()) < 40) {
+    const bool due = (s.steps() + 1) % 20 == 0;
+    s.step(due);
+    if (!due) continue;
+    const HistoryRow row = observer.record(s, 0);
+    energy = std::max(row.wall_work, row.kinetic_energy + row.elastic_energy);
+    worst = std::max(worst, std::abs(row.energy_residual) * energy);
+  }
+  return worst / energy;
+}
+
+TEST(EnergyBalance, ClosesToAThousandthInElasticRuns) {
+  const TriaxialLoading isotropic{0, -1, 0.01, WallKind::affine, 2e-3}, shear{1, 0, 0.01, WallKind::sticky},
+      tension{0, 1, 0.01, WallKind::sticky, 2e-3};
+  const ConfinedCompression platens{1, true, 0.01, 2e-3}, blow{1, true, 5};
+  const struct {
+    const char* name;
+    Loading loading;
+    double share, flip, bound;
+  } cases[] = {
+      {"isotropic, affine walls, solid", isotropic, 1, 0.99, 1e-3},
+      {"shear, sticky walls, at once, porous", shear, 0.6, 0.99, 1e-3},
+      {"tension, sticky walls, porous", tension, 0.6, 0.99, 1e-3},
+      {"platens, porous", platens, 0.6, 0.99, 1e-3},
+      {"platens that hit at 5 m/s, porous", blow, 0.6, 0.99, 1e-3},
+      // Motion that nodes do not see, that PIC takes away and that fragments of one or two particles have, is
+      // missed.
+      {"platens, porous, PIC", platens, 0.6, 0, 5e-3},
+      {"platens that hit at 5 m/s, loose fragments", blow, 0.25, 0.99, 1e-2},
+  };
+  for (const auto& c : cases) {
+    const double open = open_balance(c.loading, c.share, c.flip);
+    std::printf("%-42s energy residual at most %.1e\n", c.name, open);
+    EXPECT_LT(open, c.bound) << c.name;
+  }
+}
+
+TEST(Observer, CallsALoadingQuasiStaticOnlyIfTheWaveHasPassedOftenBeforeFailure) {
+  // The same porous block in pure shear, fast and slow. Kinetic energy and wall stress alone would pass the
+  // fast one.
+  const double h = 1.0 / 12;
+  std::string verdict[2];
+  for (const int slow : {0, 1}) {
+    const TriaxialLoading loading{1, 0, slow ? 0.01 : 0.1, WallKind::sticky};
+    const Material brittle{1e4, {10e9, 0.3}, DruckerPragerSoftening{1.2, 2.5e7, 1e6}};
+    Simulation s({Vec3(1, 1, 1), h * h * h, 2 * h, brittle, loading, {}}, porous_block({12, 12, 12}, h, 0.6));
+    Observer observer(s);
+    while (!observer.failure() && Observer::loading_strain(s) < 0.05) {
+      const bool due = (s.steps() + 1) % 8 == 0;
+      s.step(due);
+      if (due) observer.record(s, 0);
+    }
+    ASSERT_TRUE(observer.failure());
+    const QuasiStatic certificate = observer.quasi_static();
+    verdict[slow] = certificate.verdict;
+    std::printf("%.1f wave passages, kinetic over internal energy %.4f: %s\n", certificate.wave_passages,
+                certificate.kinetic_over_internal, certificate.verdict.c_str());
+    EXPECT_EQ(certificate.wave_passages > 40, bool(slow));
+    EXPECT_LT(certificate.kinetic_over_internal, 0.05);
+  }
+  EXPECT_EQ(verdict[1], "quasi-static");
+  EXPECT_TRUE(verdict[0].starts_with("not quasi-static; failed after ")) << verdict[0];
 }
 
 TEST(Observer, WallAndVolumeStressAgreeBetweenStickyWallsToo) {

@@ -1,81 +1,24 @@
-#include <gtest/gtest.h>
 #include <Eigen/LU>
-#include <cmath>
-#include <cstdio>
-#include <random>
-#include <string>
 
-#include "blocks.h"
-#include "errors.h"
+#include "material/material_point.h"
 #include "observables/observer.h"
-#include "simulation.h"
-#include "time_step.h"
+#include "stability_cases.h"
 
-// Stiff and extreme cases. `engine_tests --gtest_filter=Stability.*` prints the table of the README: what
-// survives, with which property, what is refused before step 1, and what aborts cleanly.
+// Stiff and extreme cases that survive, and the paper's time step, which does not.
 
 namespace anticrack {
 namespace {
 
-constexpr double h = 0.05;  ///< [m] particle spacing; two a cell
+using namespace stability;
 
-Material brittle(double E = 10e9, double nu = 0.3) {
-  return {1e4, {E, nu}, DruckerPragerSoftening{1.2, 2.5e-4 * E, 1e6}};
-}
-Material elastic(double E = 10e9, double nu = 0.3) {
-  return {1e4, {E, nu}, std::nullopt};
-}
-
-SimulationSetup between_platens(const Index3& points, const Material& material, double speed) {
-  return {h * Vec3(points[0], points[1], points[2]), h * h * h, 2 * h, material,
-          ConfinedCompression{1, true, speed},       {}};
-}
-
-/// Far from all walls.
-SimulationSetup free_body(const Material& material) {
-  return {100 * h * Vec3(1, 1, 1), h * h * h, 2 * h, material, ConfinedCompression{1, false, 1e-30}, {}};
-}
-
-std::vector<Vec3> random_velocities(std::size_t count, double size) {
-  std::mt19937 random(5);
-  std::normal_distribution<> normal(0, size);
-  std::vector<Vec3> v;
-  for (std::size_t i = 0; i < count; ++i) v.push_back({normal(random), normal(random), normal(random)});
-  return v;
-}
-
-double energy(const Simulation& s) {
-  return s.kinetic_energy() + s.setup().particle_volume * s.observed().elastic_energy;
-}
-
-bool is_finite(const Simulation& s) {
-  const Particles& p = s.particles();
-  double sum = 0;
-  for (std::size_t i = 0; i < p.count; ++i) {
-    for (int a = 0; a < 3; ++a) sum += std::abs(p.s[a][i]) + std::abs(p.v[a][i]);
-    for (int e = 0; e < 6; ++e) sum += std::abs(p.h[e][i]);
-    if (p.kappa.size()) sum += std::abs(p.kappa[i]);
-  }
-  return std::isfinite(sum);
-}
-
-void print(const char* name, const char* outcome, const std::string& what) {
-  std::printf("| %-58s | %-8s | %s |\n", name, outcome, what.c_str());
-}
-std::string text(const char* format, double value) {
-  char buffer[100];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
-}
-
-/// A free porous body of fragments with random velocities: an unstable scheme gives it energy. Returns the
-/// largest energy over the first, `steps` long.
+/// A free body, by default of loose fragments, with random velocities: an unstable scheme gives it energy.
+/// Returns the largest energy over the first, `steps` long.
 double energy_growth(const Material& material, const Numerics& numerics = {}, int steps = 400,
-                     double strain = 1e-4) {
+                     double share = 0.3) {
   SimulationSetup setup = free_body(material);
   setup.numerics = numerics;
-  const auto x = porous_block({12, 12, 12}, h, 0.3, 40 * h * Vec3(1, 1, 1));
-  Simulation s(setup, x, random_velocities(x.size(), strain * elastic_wave_speed(material)));
+  const auto x = porous_block({12, 12, 12}, h, share, 40 * h * Vec3(1, 1, 1));
+  Simulation s(setup, x, random_velocities(x.size(), 1e-4 * elastic_wave_speed(material)));
   const double first = s.kinetic_energy();
   double most = 0;
   for (int n = 0; n < steps; ++n) {
@@ -123,25 +66,23 @@ Crushed crush(const Material& material, double until, double speed, double share
   return result;
 }
 
-std::string abort_message(Simulation& s, int steps) {
-  try {
-    for (int n = 0; n < steps; ++n) s.step(false);
-  } catch (const NumericalError& error) {
-    return error.what();
-  }
-  return {};
-}
-
-TEST(Stability, AnyPoissonRatioWithTheDefaultTimeStep) {
+TEST_F(Stability, AnyPoissonRatioWithTheDefaultTimeStep) {
   for (const double nu : {-0.5, 0.0, 0.3, 0.45, 0.49, 0.499, 0.4999}) {
     const double growth = energy_growth(elastic(10e9, nu));
     print(("nu = " + text("%g", nu) + ", loose fragments").c_str(), "survives",
           text("energy never above %.3f of the first", growth));
     EXPECT_LT(growth, 1.05) << nu;
+    // The time step follows: a lone particle's volume stiffness 3 lambda + 2 mu is E / (1 - 2 nu).
+    if (nu >= 0.3) {
+      const double dt =
+          Simulation(free_body(elastic(10e9, nu)), std::vector<Vec3>(1, 50.3 * h * Vec3(1, 1, 1)))
+              .next_time_step();
+      EXPECT_NEAR(dt / (2 * h * std::sqrt(1e4 * (1 - 2 * nu) / (3 * 10e9))), 1, 1e-9) << nu;
+    }
   }
 }
 
-TEST(Stability, ApicWithTheDefaultTimeStep) {
+TEST_F(Stability, ApicWithTheDefaultTimeStep) {
   Numerics apic;
   apic.transfer = TransferScheme::apic;
   double most = 0;
@@ -152,7 +93,7 @@ TEST(Stability, ApicWithTheDefaultTimeStep) {
   EXPECT_LT(most, 1.05);
 }
 
-TEST(Stability, ThePapersTimeStepFailsForALoneParticleAndNearIncompressibility) {
+TEST_F(Stability, ThePapersTimeStepFailsForALoneParticleAndNearIncompressibility) {
   Numerics paper;
   paper.time_step = TimeStepRule::paper;
   SimulationSetup setup = free_body(elastic());
@@ -171,12 +112,33 @@ TEST(Stability, ThePapersTimeStepFailsForALoneParticleAndNearIncompressibility) 
       EXPECT_GT(most, 100);
   }
   print("lone particle, nu = 0.3, time_step = \"paper\"", "unstable", "energy above 100 times the first");
-  const double growth = energy_growth(elastic(10e9, 0.49), paper, 2000);
-  EXPECT_GT(growth, 100);
-  print("loose fragments, nu = 0.49, time_step = \"paper\"", "unstable", "energy above 100 times the first");
+  for (const double share : {0.3, 1.0}) {
+    EXPECT_GT(energy_growth(elastic(10e9, 0.49), paper, 2000, share), 100);
+    print(share < 1 ? "loose fragments, nu = 0.49, time_step = \"paper\"" : "the same, a solid block",
+          "unstable", "energy above 100 times the first");
+  }
 }
 
-TEST(Stability, AnyStiffness) {
+TEST_F(Stability, TheTimeStepFollowsCompression) {
+  // A solid block at nu = 0.15, pressed to a tenth of its height: ln 10 (lambda + 2 mu) of stress.
+  const SimulationSetup setup = between_platens({8, 80, 8}, elastic(1e7, 0.15), 4);
+  Simulation s(setup, block({8, 80, 8}, h), random_velocities(8 * 80 * 8, 0.1));
+  Observer observer(s);
+  const double first = s.next_time_step();
+  double worst = 0;
+  while (Observer::loading_strain(s) < 0.9) {
+    const bool due = (s.steps() + 1) % 20 == 0;
+    s.step(due);
+    if (due && s.steps() >= 100) worst = std::max(worst, std::abs(observer.record(s, 0).energy_residual));
+  }
+  const double shrunk = s.next_time_step() / first;
+  print("solid block, compacted by 90 %", "survives",
+        text("time step %.2f of the first, ", shrunk) + text("energy residual at most %.2f %%", 100 * worst));
+  EXPECT_LT(shrunk, 1 / std::sqrt(1 + std::log(10.0)));
+  EXPECT_LT(worst, 0.01);
+}
+
+TEST_F(Stability, AnyStiffness) {
   for (const double E : {1.0, 1e4, 1e8, 1e12}) {
     const double growth = energy_growth(brittle(E));
     print(("E = " + text("%g Pa", E)).c_str(), "survives",
@@ -185,7 +147,7 @@ TEST(Stability, AnyStiffness) {
   }
 }
 
-TEST(Stability, AnySofteningCohesionAndFriction) {
+TEST_F(Stability, AnySofteningCohesionAndFriction) {
   struct {
     const char* name;
     DruckerPragerSoftening plasticity;
@@ -207,7 +169,7 @@ TEST(Stability, AnySofteningCohesionAndFriction) {
   }
 }
 
-TEST(Stability, AnySolidFraction) {
+TEST_F(Stability, AnySolidFraction) {
   for (const double share : {1.0, 0.31, 0.14, 1e-3}) {
     const Index3 points{24, 24, 24};
     const Crushed crushed = crush(brittle(), 0.1, 20, share, points);
@@ -216,7 +178,7 @@ TEST(Stability, AnySolidFraction) {
   }
 }
 
-TEST(Stability, OneParticleAndTwoInOnePlace) {
+TEST_F(Stability, OneParticleAndTwoInOnePlace) {
   for (const std::size_t count : {1, 2}) {
     const std::vector<Vec3> x(count, 50.3 * h * Vec3(1, 1, 1));
     Simulation s(free_body(brittle()), x, std::vector<Vec3>(count, Vec3(3, -2, 1)));
@@ -229,7 +191,7 @@ TEST(Stability, OneParticleAndTwoInOnePlace) {
   }
 }
 
-TEST(Stability, ALoneParticleAtTheEdgeOfItsSupport) {
+TEST_F(Stability, ALoneParticleAtTheEdgeOfItsSupport) {
   // Its farthest node gets (1/2 d^2)^3 of its mass.
   for (const double d : {1e-3, 1e-8, 1e-12}) {
     SimulationSetup setup = free_body(elastic());
@@ -254,7 +216,7 @@ TEST(Stability, ALoneParticleAtTheEdgeOfItsSupport) {
   }
 }
 
-TEST(Stability, CompactionFarPastJamming) {
+TEST_F(Stability, CompactionFarPastJamming) {
   Material soft = elastic(1e7);
   soft.plasticity = DruckerPragerSoftening{1.2, 2.5e3, 1e6};
   for (const double share : {0.5, 1.0}) {
@@ -267,7 +229,7 @@ TEST(Stability, CompactionFarPastJamming) {
   }
 }
 
-TEST(Stability, AStepThatWouldInvertAParticleIsHalved) {
+TEST_F(Stability, AStepThatWouldInvertAParticleIsHalved) {
   // Two swarms fly at each other past a particle at rest half-way, each with a row of nodes of its own: at
   // the advective limit of 0.6 cells a step, 1.1 cells meet in the cell between.
   SimulationSetup setup = free_body(elastic(1e4));
@@ -284,25 +246,7 @@ TEST(Stability, AStepThatWouldInvertAParticleIsHalved) {
   EXPECT_TRUE(is_finite(s));
 }
 
-TEST(Stability, ATimeStepThatDoesNotAdvanceTheTimeAborts) {
-  SimulationSetup setup = free_body(elastic());
-  const auto x = porous_block({8, 8, 8}, h, 1, 40 * h * Vec3(1, 1, 1));
-  std::vector<Vec3> v(x.size(), Vec3::Zero());
-  v[100] = {1e200, 0, 0};
-  Simulation s(setup, x, v);
-  const std::string message = abort_message(s, 1);
-  print("a velocity of 1e200 m/s", "aborts", message);
-  EXPECT_NE(message.find("does not advance the time"), std::string::npos) << message;
-}
-
-TEST(Stability, ClosingWallsAbort) {
-  Simulation s(between_platens({8, 8, 8}, elastic(1e9), 30), porous_block({8, 8, 8}, h, 0.2));
-  const std::string message = abort_message(s, 1000);
-  print("walls that close on each other", "aborts", message);
-  EXPECT_NE(message.find("walls along y"), std::string::npos) << message;
-}
-
-TEST(Stability, FarFromTheOrigin) {
+TEST_F(Stability, FarFromTheOrigin) {
   // 1e6 m is 1e7 cells: the same body to the digits that its positions keep there.
   const auto run = [](const Vec3& shift) {
     SimulationSetup setup = free_body(elastic());
@@ -318,7 +262,36 @@ TEST(Stability, FarFromTheOrigin) {
   EXPECT_NEAR(far / near, 1, 1e-6);
 }
 
-TEST(Stability, OpeningAndClosingCycles) {
+TEST_F(Stability, OpeningAndClosingLeavesThePressureOfTheLargestOpeningAndNoMore) {
+  // Flow is deviatoric and the tip of the cone lets volume open without kappa: what has opened by e_V is full
+  // again when it has closed by e_V less the strain at the tip, and is pressed from there on. Documented, not
+  // repaired.
+  for (const double cohesion : {2.5e6, 0.0}) {
+    Material material = brittle();
+    material.plasticity->cohesion = cohesion;
+    const double K = material.elasticity.bulk_modulus(), opening = 1e-3;
+    Vec3 strain = Vec3::Zero();
+    double kappa = 0, first = 0;
+    for (int cycle = 0; cycle < 100; ++cycle) {
+      double p = 0;
+      for (const double rate : {1.0, -1.0})
+        for (int n = 0; n < 50; ++n) {
+          const Vec3 trial = strain + rate * opening / 150 * Vec3::Ones();
+          const PrincipalState state = return_principal(material, ReturnMapping::implicit, trial, kappa);
+          strain = state.strain, kappa = state.kappa;
+          p = mean_stress(material, strain);
+        }
+      if (cycle == 0) first = p;
+      EXPECT_NEAR(p, first, 1e-9 * K * opening);  // 1e4 roundings of sums
+    }
+    EXPECT_NEAR(first, K * opening - cohesion, 1e-9 * K * opening);
+    EXPECT_LT(kappa, 1e-17) << "nothing has softened";  // roundings of trial states of 7e-6
+    print(cohesion > 0 ? "opened and closed by 0.1 %, 100 times, cohesion 2.5 MPa" : "the same, cohesion 0",
+          "survives", text("left with p = %.3g K e_V, no more after the first", first / (K * opening)));
+  }
+}
+
+TEST_F(Stability, OpeningAndClosingCycles) {
   // Fragments without cohesion in a closed box, hurled at each other and at the walls again and again.
   Material material = brittle();
   material.plasticity->cohesion = 0;

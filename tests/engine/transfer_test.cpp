@@ -190,13 +190,13 @@ TEST(Transfer, EnergyBalanceOfAnElasticRunClosesWithEachTransfer) {
         "%-12s energy residual at most %.1e, in the end %+.1e; lost by the transfers %.1e of the work\n",
         name, observer.quasi_static().energy_residual, row.energy_residual,
         row.numerical_dissipation / row.wall_work);
-    // The velocity is half a step behind the strain: half a step of the wall's power, dt / t of its work,
-    // stays open.
-    EXPECT_LT(std::abs(row.energy_residual), 2 * row.dt / row.time) << name;
+    // As EnergyBalance has it for PIC.
+    EXPECT_LT(std::abs(row.energy_residual), 5e-3) << name;
     EXPECT_GT(row.numerical_dissipation, 0) << name;
     residual[name] = std::abs(row.energy_residual);
   }
-  EXPECT_LT(residual["APIC"], 1.1 * residual["flip = 0.99"]);  // the same time integration
+  // What stays open is motion that the nodes do not see; PIC takes away the most of it.
+  EXPECT_LT(residual["APIC"], residual["PIC"]);
 }
 
 }  // namespace
