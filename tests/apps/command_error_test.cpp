@@ -41,7 +41,9 @@ TEST_F(CommandError, OfInfoNamesThePathAndWhatItExpected) {
 
 TEST_F(CommandError, OfGenerateNamesSceneOrFile) {
   expect(2, "generate none.toml -o a.vdb", "none.toml: there is no such scene file.");
-  expect(4, "generate . -o a.vdb", "anticrack: .: cannot read the scene: it is a folder; expected a TOML file.");
+  expect(4, "generate . -o a.vdb",
+         "anticrack: .: cannot read the scene: it is a folder; expected a TOML file.");
+  expect(4, "generate scene.toml/x -o a.vdb", "scene.toml/x: cannot read the scene: Not a directory.");
   const std::string vdb = " --set microstructure.source=vdb --set microstructure.file=scene.toml";
   expect(2, "generate scene.toml -o a.vdb" + vdb,
          "microstructure.source = \"vdb\" is a file already; expected");
@@ -56,6 +58,19 @@ TEST_F(CommandError, OfGenerateNamesSceneOrFile) {
   EXPECT_FALSE(fs::exists(folder.path() / "a.vdb"));
 }
 
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they take terabytes of addresses
+TEST_F(CommandError, OfMemoryThatTheSystemRefusesSaysWhatToDo) {
+  const Outcome outcome = run_shell("ulimit -v 1500000\n" ANTICRACK_BINARY " generate " + scene.string() +
+                                    " -o " + (folder.path() / "a.vdb").string() +
+                                    " --set sample.size=[1,1,1] --set sample.resolution=700");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(
+      outcome.text,
+      "anticrack: out of memory. Use a smaller sample.resolution; anticrack run --dry-run tells what a scene "
+      "needs.\n");
+}
+#endif
+
 TEST_F(CommandError, OfRunComesBeforeAnythingIsWritten) {
   const std::string run = "run scene.toml -o out ";
   folder.write("bad.vdb", "no volume");
@@ -69,6 +84,7 @@ TEST_F(CommandError, OfRunComesBeforeAnythingIsWritten) {
   expect(2, run + "--resume", "out: no run to resume: there is no scene.toml in it.");
   expect(2, run + "--force --resume", "--force");
   expect(2, run + "--max-steps 0", "--max-steps");
+  expect(2, "run scene.toml -o ''", "-o: the output folder has no name.");
   folder.write("scan.toml",
                "[microstructure]\nsource = \"scan\"\nfile = \"none.raw\"\nvoxel_size = 0.1\nsolid = "
                "[1]\nshape = [4, 4, 4]\n" +

@@ -99,6 +99,17 @@ TEST(OutputFolder, IsRefusedWhereTheUserMayNotWrite) {
                          ": Permission denied.");
 }
 
+TEST(OutputFolder, IsRefusedWhileAnotherRunWritesThere) {
+  const TemporaryFolder folder;
+  {
+    const FolderLock lock = prepare_output_folder(folder.path(), ExistingFolder::refuse);
+    EXPECT_ERROR(
+        static_cast<void>(prepare_output_folder(folder.path(), ExistingFolder::refuse)), InputError,
+        folder.path().string() + ": another run is writing there. Wait for its end, or use another -o.");
+  }
+  EXPECT_NO_THROW(static_cast<void>(prepare_output_folder(folder.path(), ExistingFolder::refuse)));
+}
+
 TEST(OutputFile, IsNotOverwrittenWithoutForce) {
   const TemporaryFolder folder;
   const fs::path file = folder.write("a.vdb", "");
