@@ -1,8 +1,8 @@
 #include <fmt/format.h>
-#include <openvdb/openvdb.h>
 
 #include "errors.h"
 #include "info.h"
+#include "vdb_file.h"
 
 namespace anticrack {
 
@@ -46,22 +46,11 @@ std::string describe_grid(const openvdb::GridBase& grid, const openvdb::MetaMap&
 }  // namespace
 
 std::string describe_vdb(const std::filesystem::path& file) {
-  openvdb::initialize();
-  try {
-    openvdb::io::File stream(file.string());
-    stream.open();
-    std::string text = fmt::format("{}: OpenVDB file, format version {}\n", file.string(), stream.version());
-    const openvdb::MetaMap::Ptr of_file = stream.getMetadata();
-    text += list_metadata(*of_file, {}, "");
-    for (auto name = stream.beginName(); name != stream.endName(); ++name) {
-      text += describe_grid(*stream.readGridMetadata(name.gridName()), *of_file);
-    }
-    return text;
-  } catch (const openvdb::Exception& error) {
-    throw FileError(fmt::format("{}: cannot read it as an OpenVDB file: {}.", file.string(), error.what()));
-  } catch (const std::exception& error) {
-    throw FileError(fmt::format("{}: damaged OpenVDB file: {}.", file.string(), error.what()));
-  }
+  const VdbFile vdb(file);
+  std::string text = fmt::format("{}: OpenVDB file, format version {}\n", file.string(), vdb.version());
+  text += list_metadata(vdb.metadata(), {}, "");
+  for (const VdbFile::Entry& entry : vdb.entries()) text += describe_grid(*entry.grid, vdb.metadata());
+  return text;
 }
 
 }  // namespace anticrack

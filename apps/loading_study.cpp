@@ -10,7 +10,7 @@
 
 #include "common_options.h"
 #include "errors.h"
-#include "io/atomic_file.h"
+#include "atomic_file.h"
 #include "loading_cases.h"
 #include "observables/loading_law.h"
 #include "observables/observer.h"

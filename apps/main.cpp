@@ -1,12 +1,16 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <new>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
+#include "atomic_file.h"
 #include "bench.h"
 #include "errors.h"
 #include "exit_codes.h"
@@ -109,8 +113,13 @@ int run_command(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace anticrack;
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the user's limit is an error like a full disk
   try {
-    return run_command(argc, argv);
+    const int status = run_command(argc, argv);
+    errno = 0;
+    if (std::fflush(stdout) != 0 || std::ferror(stdout))
+      throw system_file_error("standard output", "cannot be written", errno);
+    return status;
   } catch (const InputError& error) {
     return fail(exit_wrong_input, error.what());
   } catch (const NumericalError& error) {
@@ -119,7 +128,7 @@ int main(int argc, char** argv) {
     return fail(exit_file_error, error.what());
   } catch (const Stopped& error) {
     return fail(exit_stopped, error.what());
-  } catch (const std::filesystem::filesystem_error& error) {
+  } catch (const std::system_error& error) {
     return fail(exit_file_error, error.what());
   } catch (const std::bad_alloc&) {
     return fail(

@@ -14,7 +14,7 @@
 #include "common_options.h"
 #include "errors.h"
 #include "exit_codes.h"
-#include "io/atomic_file.h"
+#include "atomic_file.h"
 #include "io/provenance.h"
 #include "kernels.h"
 #include "loading_study.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/atomic_file.h"
+#include "atomic_file.h"
 #include "io/provenance.h"
 #include "plot.h"
 

@@ -5,9 +5,11 @@
 
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <sstream>
 
+#include "atomic_file.h"
 #include "errors.h"
-#include "io/atomic_file.h"
 #include "io/checkpoint.h"
 #include "io/provenance.h"
 
@@ -24,6 +26,36 @@ std::string label_of(const Scene& scene) {
 }
 
 constexpr const char* checkpoint_folder = "checkpoint";
+
+/// Values of a resolved scene by "section.key".
+std::map<std::string, std::string> values_of(const std::string& scene_text) {
+  std::map<std::string, std::string> values;
+  std::istringstream stream(scene_text);
+  std::string section, line;
+  while (std::getline(stream, line)) {
+    const std::size_t equals = line.find(" = ");
+    if (line.starts_with('['))
+      section = line.substr(1, line.find(']') - 1);
+    else if (equals != std::string::npos)
+      values[section + '.' + line.substr(0, equals)] = line.substr(equals + 3);
+  }
+  return values;
+}
+
+/// Each key in which two resolved scenes differ, with both values; "" if they are the same.
+std::string scene_difference(const std::string& of_checkpoint, const std::string& given) {
+  const auto was = values_of(of_checkpoint), is = values_of(given);
+  auto keys = was;
+  keys.insert(is.begin(), is.end());
+  std::string text;
+  for (const auto& [key, ignored] : keys) {
+    const auto before = was.find(key), now = is.find(key);
+    const std::string a = before == was.end() ? "not given" : before->second;
+    const std::string b = now == is.end() ? "not given" : now->second;
+    if (a != b) text += fmt::format("{}{} was {}, is {}", text.empty() ? "" : "; ", key, a, b);
+  }
+  return text;
+}
 
 }  // namespace
 
@@ -131,20 +163,28 @@ void RunFolder::write_checkpoint(const Simulation& simulation, const Observer& o
   out.add("frame.kappa", std::span<const float>(last_kappa_));
   const std::filesystem::path folder = folder_ / checkpoint_folder;
   std::filesystem::create_directories(folder);
-  out.write(checkpoint_file(folder, simulation.steps()));
-  keep_last_two_checkpoints(folder);
+  history_->flush_to_disk();  // a resumed run drops rows after the checkpoint; those before must be there
+  const std::filesystem::path file = checkpoint_file(folder, simulation.steps());
+  out.write(file);
+  keep_last_two_checkpoints(folder, file);
   last_checkpoint_ = simulation.steps();
 }
 
 CheckpointReader open_checkpoint(const std::filesystem::path& folder, const std::string& scene_text) {
   std::vector<std::string> damaged;
   CheckpointReader checkpoint(newest_valid_checkpoint(folder / checkpoint_folder, damaged));
-  for (const std::string& problem : damaged) fmt::print(stderr, "anticrack: {}\n", problem);
-  if (!checkpoint.is_of_scene(scene_text))
+  for (const std::string& problem : damaged)
+    fmt::print(stderr, "anticrack: {}; going on from the checkpoint before it, {}\n", problem,
+               checkpoint.file().filename().string());
+  if (const std::string program = checkpoint.program(); program != program_version())
     throw InputError(fmt::format(
-        "{} is of another scene than the one given; {} tells which. Resume with that scene and the same "
-        "--set.",
-        checkpoint.file().string(), (folder / "scene.toml").string()));
+        "{}: written by anticrack {}, but this is anticrack {}, whose results may differ. Go on with {}.",
+        checkpoint.file().string(), program, program_version(), program));
+  if (const std::string difference = scene_difference(checkpoint.scene(), scene_text); !difference.empty())
+    throw InputError(
+        fmt::format("{} is of another scene than the one given: {}. Resume with the scene and the "
+                    "--set of its first start.",
+                    checkpoint.file().string(), difference));
   return checkpoint;
 }
 

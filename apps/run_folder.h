@@ -56,8 +56,9 @@ class RunFolder {
   std::future<void> frame_being_written_;
 };
 
-/// The checkpoint of `folder` to resume from: the newest that is whole and of this scene.
-/// @throws InputError  if it is of another scene. @throws FileError  if there is none
+/// The checkpoint of `folder` to resume from: the newest that is whole. Damaged ones are told on stderr.
+/// @throws InputError  if it is of another scene or version, naming what differs. @throws FileError  if there
+///   is none
 CheckpointReader open_checkpoint(const std::filesystem::path& folder, const std::string& scene_text);
 
 }  // namespace anticrack

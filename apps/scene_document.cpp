@@ -25,11 +25,43 @@ std::string read_text(const std::filesystem::path& file) {
   }
   if (!stream)
     throw FileError(fmt::format("{}: cannot read the scene: {}.", file.string(), std::strerror(errno)));
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error))  // it can be opened, but a stream throws when it reads
+    throw FileError(
+        fmt::format("{}: cannot read the scene: it is a folder; expected a TOML file.", file.string()));
   std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (stream.bad() || std::filesystem::is_directory(file)) {
-    throw FileError(fmt::format("{}: cannot read the scene; expected a TOML file", file.string()));
-  }
+  if (stream.bad()) throw FileError(fmt::format("{}: cannot read the scene.", file.string()));
   return text;
+}
+
+/// The letters of a decimal number at the start of `text`; none if there is none. `whole`: without point and
+/// exponent.
+std::string_view leading_number(std::string_view text, bool& whole) {
+  std::size_t at = 0;
+  const auto is_digit = [&] { return at < text.size() && text[at] >= '0' && text[at] <= '9'; };
+  const auto skip_digits = [&] {
+    if (!is_digit()) return false;
+    while (is_digit() || (at < text.size() && text[at] == '_')) ++at;
+    return true;
+  };
+  const auto skip_one_of = [&](std::string_view letters) {
+    const bool found = at < text.size() && letters.find(text[at]) != std::string_view::npos;
+    at += found;
+    return found;
+  };
+  skip_one_of("-+");
+  if (!skip_digits()) return {};
+  whole = true;
+  if (skip_one_of(".")) {
+    if (!skip_digits()) return {};
+    whole = false;
+  }
+  if (skip_one_of("eE")) {
+    skip_one_of("-+");
+    if (!skip_digits()) return {};
+    whole = false;
+  }
+  return text.substr(0, at);
 }
 
 /// A number that a double cannot hold is a syntax error to toml++. It becomes inf here, so that the key's own
@@ -41,16 +73,22 @@ std::string replace_overflow(std::string& text, std::size_t line_number) {
     if (begin != std::string::npos) ++begin;
   }
   if (begin == std::string::npos) return {};
-  const std::size_t end = std::min(text.find('\n', begin), text.size());
-  const std::string line = text.substr(begin, end - begin);
-  static const std::regex number(R"([=\[,]\s*([-+]?\d[\d_]*(\.\d[\d_]*)?([eE][-+]?\d+)?)\s*(?=[\],#\r]|$))");
-  for (std::sregex_iterator it(line.begin(), line.end(), number), last; it != last; ++it) {
-    std::string digits = it->str(1);
+  const std::string line = text.substr(begin, std::min(text.find('\n', begin), text.size()) - begin);
+  constexpr std::string_view blanks = " \t";
+  for (std::size_t at = 0; (at = line.find_first_of("=[,", at)) != std::string::npos;) {
+    at = std::min(line.find_first_not_of(blanks, at + 1), line.size());
+    bool whole = false;
+    const std::string number(leading_number(std::string_view(line).substr(at), whole));
+    const std::size_t next = std::min(line.find_first_not_of(blanks, at + number.size()), line.size());
+    const bool ends =
+        next == line.size() || std::string_view("],#\r").find(line[next]) != std::string_view::npos;
+    if (number.empty() || !ends) continue;
+    std::string digits = number;
     std::erase(digits, '_');
-    const bool too_long = it->str(2).empty() && it->str(3).empty() && digits.size() > 19;
+    const bool too_long = whole && digits.size() > 19;
     if (!too_long && std::isfinite(std::strtod(digits.c_str(), nullptr))) continue;
-    text.replace(begin + it->position(1), it->length(1), digits.front() == '-' ? "-inf" : "inf");
-    return it->str(1);
+    text.replace(begin + at, number.size(), digits.front() == '-' ? "-inf" : "inf");
+    return number;
   }
   return {};
 }

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "errors.h"
-#include "io/atomic_file.h"
+#include "vdb_file.h"
 
 namespace anticrack {
 
@@ -190,12 +190,7 @@ void SparseGrid::write_vdb(const std::filesystem::path& file, double dx, const V
     }
   openvdb::GridPtrVec grids{mass, velocity, increment};
   for (auto& grid : grids) grid->setTransform(transform->copy());
-  openvdb::initialize();
-  write_atomically(file, [&](const std::filesystem::path& temporary) {
-    openvdb::io::File out(temporary.string());
-    out.write(grids);
-    out.close();
-  });
+  anticrack::write_vdb(file, {grids.begin(), grids.end()});
 }
 
 }  // namespace anticrack

@@ -1,18 +1,14 @@
 #include "microstructure_io.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <openvdb/openvdb.h>
-#include <unistd.h>
 
-#include <cerrno>
+#include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <system_error>
 
 #include "errors.h"
-#include "file_seal.h"
 #include "level_set.h"
+#include "vdb_file.h"
 
 namespace anticrack {
 namespace {
@@ -26,109 +22,32 @@ constexpr const char* spacing_key = "lattice_spacing";
 constexpr const char* origin_key = "origin";
 constexpr const char* solid_points_key = "solid_points";
 
-// Runs `body`, giving whatever OpenVDB or the system throws the file's name.
-template <class Body>
-auto with_file_errors(const fs::path& file, const char* action, Body body) {
-  try {
-    openvdb::initialize();
-    return body();
-  } catch (const FileError&) {
-    throw;
-  } catch (const std::ios_base::failure&) {
-    throw FileError(fmt::format("{}: cannot {}: the file is damaged or cut short", file.string(), action));
-  } catch (const std::exception& error) {
-    throw FileError(fmt::format("{}: cannot {}: {}", file.string(), action, error.what()));
-  }
-}
+// Larger lattices are no samples but wrong numbers; a particle's number has 32 bits.
+constexpr int most_along_an_axis = 1 << 20;
+constexpr double most_in_all = 4294967295.0;
 
 bool is_level_set_of_reals(const openvdb::GridBase& grid) {
   return grid.getGridClass() == openvdb::GRID_LEVEL_SET &&
          (grid.valueType() == "float" || grid.valueType() == "double");
 }
 
-// openvdb::io::File does not look at the state of its stream: a full disk passes unnoticed and a file cut
-// short reads as anything, at any size. This archive works on streams that throw.
-class StrictArchive : public openvdb::io::Archive {
- public:
-  static void write_file(const fs::path& file, const openvdb::GridCPtrVec& grids,
-                         const openvdb::MetaMap& metadata) {
-    std::ofstream stream;
-    stream.exceptions(std::ios::failbit | std::ios::badbit);
-    try {
-      stream.open(file, std::ios::binary);
-      StrictArchive().write(stream, grids, /*seekable=*/true, metadata);
-      stream.close();
-    } catch (const std::ios_base::failure&) {
-      throw std::system_error(errno, std::generic_category());
-    }
+// The level set named `surface`, else the first.
+openvdb::GridBase::Ptr read_level_set(VdbFile& vdb, const fs::path& file) {
+  const VdbFile::Entry* chosen = nullptr;
+  std::string found;
+  for (const VdbFile::Entry& entry : vdb.entries()) {
+    found += fmt::format("{}'{}' ({}, {})", found.empty() ? "" : ", ", entry.descriptor.gridName(),
+                         entry.grid->valueType(),
+                         openvdb::GridBase::gridClassToString(entry.grid->getGridClass()));
+    if (!is_level_set_of_reals(*entry.grid)) continue;
+    if (!chosen || (entry.descriptor.gridName() == "surface" && chosen->descriptor.gridName() != "surface"))
+      chosen = &entry;
   }
-
-  // The level set named `surface`, else the first.
-  static openvdb::GridBase::Ptr read_level_set(const fs::path& file) {
-    std::ifstream stream;
-    stream.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
-    stream.open(file, std::ios::binary);
-    StrictArchive archive;
-    const std::vector<Entry> entries = archive.read_entries(stream);
-    const Entry* chosen = nullptr;
-    std::string found;
-    for (const Entry& entry : entries) {
-      found += fmt::format("{}'{}' ({}, {})", found.empty() ? "" : ", ", entry.descriptor.gridName(),
-                           entry.grid->valueType(),
-                           openvdb::GridBase::gridClassToString(entry.grid->getGridClass()));
-      if (!is_level_set_of_reals(*entry.grid)) continue;
-      if (!chosen || (entry.descriptor.gridName() == "surface" && chosen->descriptor.gridName() != "surface"))
-        chosen = &entry;
-    }
-    if (!chosen)
-      throw FileError(fmt::format("{}: no level set of float or double values; grids found: {}",
-                                  file.string(), found.empty() ? "none" : found));
-    if (archive.inputHasGridOffsets()) archive.read_values(stream, *chosen, entries);
-    return chosen->grid;
-  }
-
- private:
-  struct Entry {
-    openvdb::io::GridDescriptor descriptor;
-    openvdb::GridBase::Ptr grid;
-  };
-
-  // All grids with their metadata; with their values too where the file has no offsets to skip them by.
-  std::vector<Entry> read_entries(std::istream& stream) {
-    readHeader(stream);
-    setFormatVersion(stream);
-    setLibraryVersion(stream);
-    setDataCompression(stream);
-    openvdb::MetaMap().readMeta(stream);
-    std::vector<Entry> entries;
-    for (std::int32_t count = readGridCount(stream); count > 0; --count) {
-      Entry& entry = entries.emplace_back();
-      entry.grid = entry.descriptor.read(stream);
-      if (inputHasGridOffsets()) {
-        entry.descriptor.seekToGrid(stream);
-        readGridCompression(stream);
-        entry.grid->readMeta(stream);
-        entry.descriptor.seekToEnd(stream);
-      } else {
-        readGrid(entry.grid, entry.descriptor, stream);
-      }
-    }
-    return entries;
-  }
-
-  // A grid whose tree is another grid's is written without it.
-  void read_values(std::istream& stream, const Entry& entry, const std::vector<Entry>& entries) {
-    NamedGridMap grids;
-    for (const Entry& other : entries) {
-      const openvdb::Name& name = other.descriptor.uniqueName();
-      if (name != entry.descriptor.uniqueName() && name != entry.descriptor.instanceParentName()) continue;
-      other.descriptor.seekToGrid(stream);
-      readGrid(other.grid, other.descriptor, stream);
-      grids[name] = other.grid;
-    }
-    connectInstance(entry.descriptor, grids);
-  }
-};
+  if (!chosen)
+    throw FileError(fmt::format("{}: no level set of float or double values; grids found: {}", file.string(),
+                                found.empty() ? "none" : found));
+  return vdb.read(*chosen);
+}
 
 openvdb::MetaMap to_openvdb(const Microstructure& structure) {
   openvdb::MetaMap map;
@@ -148,14 +67,6 @@ openvdb::MetaMap to_openvdb(const Microstructure& structure) {
   map.insertMeta(origin_key, openvdb::Vec3DMetadata(openvdb::Vec3d(origin[0], origin[1], origin[2])));
   map.insertMeta(solid_points_key, openvdb::Int64Metadata(std::int64_t(structure.solid_points)));
   return map;
-}
-
-void flush_to_disk(const fs::path& file) {
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) throw std::system_error(errno, std::generic_category(), "open");
-  const int failed = ::fsync(descriptor), reason = errno;
-  ::close(descriptor);
-  if (failed) throw std::system_error(reason, std::generic_category(), "fsync");
 }
 
 openvdb::FloatGrid::Ptr to_float(const openvdb::GridBase::Ptr& grid) {
@@ -199,8 +110,18 @@ std::map<std::string, MetadataValue> read_metadata(const openvdb::FloatGrid& gri
   return result;
 }
 
-void count_solid_points(Microstructure& structure) {
-  structure.solid_points = seed_particles(structure, structure.lattice).size();
+void count_solid_points(Microstructure& structure, const fs::path& file) {
+  const auto [nx, ny, nz] = structure.lattice.points;
+  if (std::max({nx, ny, nz}) > most_along_an_axis || double(nx) * ny * nz > most_in_all)
+    throw FileError(
+        fmt::format("{}: lattice of {} x {} x {} points; expected at most {} along an axis, {:.0f} "
+                    "in all",
+                    file.string(), nx, ny, nz, most_along_an_axis, most_in_all));
+  try {
+    structure.solid_points = seed_particles(structure, structure.lattice).size();
+  } catch (const InputError& error) {
+    throw FileError(fmt::format("{}: {}", file.string(), error.what()));
+  }
   structure.metadata["solid_fraction_achieved"] = structure.solid_fraction();
 }
 
@@ -226,55 +147,37 @@ void infer_sample_box(const openvdb::FloatGrid& grid, const fs::path& file, Micr
   structure.lattice.spacing = spacing;
   for (int axis = 0; axis < 3; ++axis) {
     const double points = std::max(1.0, std::round(box.extents()[axis] / spacing));
-    constexpr double most = 1 << 20;
-    if (!(points <= most))
-      throw FileError(fmt::format("{}: grid '{}' spans {:g} voxels along an axis; expected at most {:g}",
-                                  file.string(), grid.getName(), points, most));
+    if (!(points <= most_along_an_axis))
+      throw FileError(fmt::format("{}: grid '{}' spans {:g} voxels along an axis; expected at most {}",
+                                  file.string(), grid.getName(), points, most_along_an_axis));
     structure.lattice.points[axis] = int(points);
   }
   structure.metadata["source"] = "vdb";
-  count_solid_points(structure);
+  count_solid_points(structure, file);
 }
 
 }  // namespace
 
 void write_microstructure(const Microstructure& structure, const fs::path& file) {
-  const fs::path temporary = file.string() + fmt::format(".{}.tmp", ::getpid());
-  with_file_errors(file, "write", [&] {
-    try {
-      const openvdb::MetaMap metadata = to_openvdb(structure);
-      const auto grid = structure.surface->grid->deepCopyGrid();
-      for (auto entry = metadata.beginMeta(); entry != metadata.endMeta(); ++entry)
-        grid->insertMeta(entry->first, *entry->second);
-      StrictArchive::write_file(temporary, {grid}, metadata);
-      seal_file(temporary);
-      flush_to_disk(temporary);
-      fs::rename(temporary, file);
-    } catch (...) {
-      std::error_code ignored;
-      fs::remove(temporary, ignored);
-      throw;
-    }
-  });
+  const openvdb::MetaMap metadata = to_openvdb(structure);
+  const auto grid = structure.surface->grid->deepCopyGrid();
+  for (auto entry = metadata.beginMeta(); entry != metadata.endMeta(); ++entry)
+    grid->insertMeta(entry->first, *entry->second);
+  write_vdb(file, {grid}, metadata);
 }
 
 Microstructure read_microstructure(const fs::path& file) {
   if (!fs::exists(file)) throw FileError(fmt::format("{}: no such file", file.string()));
-  return with_file_errors(file, "read", [&] {
-    // OpenVDB does not survive every damaged file, so our own are checked before it sees them.
-    const Seal seal = check_seal(file);
-    if (seal == Seal::broken)
-      throw FileError(fmt::format("{}: damaged: its checksum does not match", file.string()));
-    Microstructure structure;
-    const auto grid = to_float(StrictArchive::read_level_set(file));
-    structure.surface = std::make_shared<LevelSet>(LevelSet{grid});
-    structure.metadata = read_metadata(*grid);
-    if (!read_own_metadata(*grid, structure))
-      infer_sample_box(*grid, file, structure);
-    else if (seal == Seal::absent)  // another program has rewritten, and perhaps changed, a file of ours
-      count_solid_points(structure);
-    return structure;
-  });
+  VdbFile vdb(file);
+  const auto grid = to_float(read_level_set(vdb, file));
+  Microstructure structure;
+  structure.surface = std::make_shared<LevelSet>(LevelSet{grid});
+  structure.metadata = read_metadata(*grid);
+  if (!read_own_metadata(*grid, structure))
+    infer_sample_box(*grid, file, structure);
+  else if (!vdb.sealed())  // another program has rewritten, and perhaps changed, a file of ours
+    count_solid_points(structure, file);
+  return structure;
 }
 
 }  // namespace anticrack

@@ -7,8 +7,9 @@
 #include <cerrno>
 #include <cstring>
 
+#include "atomic_file.h"
 #include "errors.h"
-#include "io/atomic_file.h"
+#include "io/provenance.h"
 
 namespace anticrack {
 namespace {
@@ -17,15 +18,15 @@ namespace fs = std::filesystem;
 
 constexpr std::array<char, 8> magic = {'A', 'N', 'T', 'I', 'C', 'R', 'C', 'P'};
 constexpr std::uint32_t byte_order_mark = 0x01020304;
-constexpr std::uint32_t format_version = 3;
+constexpr std::uint32_t format_version = 4;
 constexpr std::size_t piece = 1 << 20;  // bytes read at once while verifying
 
+// Any format begins with these 40 bytes, so that a reader can tell another format from damage.
 struct Head {
   std::array<char, 8> magic;
   std::uint32_t byte_order_mark;
   std::uint32_t format_version;
-  std::uint32_t scene_checksum;
-  std::uint32_t array_count;
+  std::uint64_t array_count;
   std::uint64_t table_bytes;
   std::uint32_t table_checksum;
   std::uint32_t head_checksum;  // of all members before
@@ -94,8 +95,14 @@ std::vector<fs::path> list_checkpoints(const fs::path& folder) {
 
 }  // namespace
 
-CheckpointWriter::CheckpointWriter(std::string_view scene_text)
-    : scene_checksum_(checksum(std::as_bytes(std::span(scene_text)))) {}
+CheckpointWriter::CheckpointWriter(std::string_view scene_text) {
+  add_text("program", program_version());
+  add_text("scene", scene_text);
+}
+
+void CheckpointWriter::add_text(std::string_view name, std::string_view text) {
+  add_copy<std::uint8_t>(name, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
 
 void CheckpointWriter::add_bytes(std::string_view name, char type, std::size_t element_size,
                                  std::span<const std::byte> bytes) {
@@ -122,14 +129,7 @@ void CheckpointWriter::write(const fs::path& file) const {
     offset += array.bytes.size();
   }
 
-  Head head{magic,
-            byte_order_mark,
-            format_version,
-            scene_checksum_,
-            std::uint32_t(arrays_.size()),
-            table_bytes,
-            checksum(table),
-            0};
+  Head head{magic, byte_order_mark, format_version, arrays_.size(), table_bytes, checksum(table), 0};
   head.head_checksum = head_checksum(head);
 
   write_atomically(file, [&](const fs::path& temporary) {
@@ -163,22 +163,22 @@ void CheckpointReader::read_table(std::uint64_t file_size) {
     throw file_error(file_, "not a checkpoint (its first eight bytes are not ANTICRCP)");
   if (head.byte_order_mark != byte_order_mark)
     throw file_error(file_, "damaged, or written on a machine of another byte order");
-  if (head.format_version != format_version)
-    throw file_error(file_, "checkpoint format " + std::to_string(head.format_version) +
-                                "; this program reads format " + std::to_string(format_version));
   if (head.head_checksum != head_checksum(head))
     throw file_error(file_, "damaged: the checksum of its head differs");
+  if (head.format_version != format_version)
+    throw InputError(file_.string() + ": checkpoint format " + std::to_string(head.format_version) +
+                     ", but this program (anticrack " + std::string(program_version()) + ") reads format " +
+                     std::to_string(format_version) + ". Go on with the program that wrote it.");
   if (head.table_bytes > file_size - sizeof head) throw file_error(file_, "truncated: its table is cut off");
 
   std::vector<std::byte> table(head.table_bytes);
   fetch(sizeof head, table);
   if (checksum(table) != head.table_checksum)
     throw file_error(file_, "damaged: the checksum of its table differs");
-  scene_checksum_ = head.scene_checksum;
 
   TableReader reader(table);
   std::uint64_t end = sizeof head + head.table_bytes;
-  for (std::uint32_t i = 0; i < head.array_count; ++i) {
+  for (std::uint64_t i = 0; i < head.array_count; ++i) {
     std::uint32_t name_size = 0;
     std::string name;
     Array array{};
@@ -202,8 +202,9 @@ void CheckpointReader::read_table(std::uint64_t file_size) {
                      std::to_string(file_size) + " bytes; its table accounts for " + std::to_string(end));
 }
 
-bool CheckpointReader::is_of_scene(std::string_view scene_text) const {
-  return scene_checksum_ == checksum(std::as_bytes(std::span(scene_text)));
+std::string CheckpointReader::read_text(std::string_view name) {
+  const auto letters = read<std::uint8_t>(name);
+  return {letters.begin(), letters.end()};
 }
 
 const CheckpointReader::Array& CheckpointReader::array(std::string_view name) const {
@@ -231,7 +232,9 @@ void CheckpointReader::read_bytes(std::string_view name, char type, std::span<st
 }
 
 void CheckpointReader::verify() {
-  std::vector<std::byte> buffer(piece);
+  std::uint64_t largest = 0;
+  for (const auto& [name, array] : arrays_) largest = std::max(largest, array.count * array.element_size);
+  std::vector<std::byte> buffer(std::min<std::uint64_t>(piece, largest));
   for (const auto& [name, array] : arrays_) {
     std::uint32_t sum = 0;
     const std::uint64_t size = array.count * array.element_size;
@@ -258,13 +261,16 @@ fs::path checkpoint_file(const fs::path& folder, std::int64_t step) {
   return folder / ("checkpoint_" + digits + ".bin");
 }
 
-void keep_last_two_checkpoints(const fs::path& folder) {
+void keep_last_two_checkpoints(const fs::path& folder, const fs::path& newest) {
   auto files = list_checkpoints(folder);
-  files.resize(files.size() < 2 ? 0 : files.size() - 2);
-  for (const fs::path& file : files) {
+  const auto found = std::ranges::find(files, newest);
+  if (found == files.end()) throw file_error(newest, "not there");
+  const std::size_t place = std::size_t(found - files.begin());
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (i == place || i + 1 == place) continue;
     std::error_code error;
-    fs::remove(file, error);
-    if (error) throw system_file_error(file, "cannot be removed", error.value());
+    fs::remove(files[i], error);
+    if (error) throw system_file_error(files[i], "cannot be removed", error.value());
   }
 }
 

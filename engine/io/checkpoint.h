@@ -36,8 +36,9 @@ concept CheckpointElement = checkpoint_type_letter<T>
 
 /// Writes named arrays into one checksummed file.
 ///
-/// Layout, without gaps: magic, byte order mark, format version, CRC-32 of the scene, sizes, CRC-32 of all
-/// before and of the table; the table (name, type, element size, count, offset, CRC-32); the arrays.
+/// Layout, without gaps: magic, byte order mark, format version, sizes, CRC-32 of the table and of all
+/// before; the table (name, type, element size, count, offset, CRC-32); the arrays. The first two are texts:
+/// the program's version and the resolved scene.
 class CheckpointWriter {
  public:
   /// `scene_text` is the resolved scene: a checkpoint resumes only the run that wrote it.
@@ -76,10 +77,10 @@ class CheckpointWriter {
     std::span<const std::byte> bytes;
   };
 
+  void add_text(std::string_view name, std::string_view text);
   void add_bytes(std::string_view name, char type, std::size_t element_size,
                  std::span<const std::byte> bytes);
 
-  std::uint32_t scene_checksum_;
   std::vector<Array> arrays_;
   std::map<std::string, std::vector<std::byte>> values_;
 };
@@ -88,11 +89,14 @@ class CheckpointWriter {
 /// every array against its checksum; errors name file, array and what is wrong.
 class CheckpointReader {
  public:
-  /// Reads and checks the table. @throws FileError
+  /// Reads and checks the table.
+  /// @throws FileError   it is damaged, or no checkpoint
+  /// @throws InputError  it is of another format
   explicit CheckpointReader(const std::filesystem::path& file);
 
   const std::filesystem::path& file() const { return file_; }
-  bool is_of_scene(std::string_view scene_text) const;
+  std::string program() { return read_text("program"); }  ///< version of the program that wrote it
+  std::string scene() { return read_text("scene"); }      ///< resolved scene of the run that wrote it
   bool contains(std::string_view name) const { return arrays_.contains(name); }
   /// Entries of an array. @throws FileError  if there is none of that name
   std::size_t count(std::string_view name) const { return array(name).count; }
@@ -130,6 +134,7 @@ class CheckpointReader {
   };
 
   void read_table(std::uint64_t file_size);
+  std::string read_text(std::string_view name);
   const Array& array(std::string_view name) const;
   std::size_t count_of_type(std::string_view name, char type) const;
   void read_bytes(std::string_view name, char type, std::span<std::byte> bytes);
@@ -137,20 +142,20 @@ class CheckpointReader {
 
   std::filesystem::path file_;
   std::ifstream stream_;
-  std::uint32_t scene_checksum_ = 0;
   std::map<std::string, Array, std::less<>> arrays_;
 };
 
 /// `folder`/checkpoint_NNNNNNNNNN.bin, the file of a step; names sort by step.
 std::filesystem::path checkpoint_file(const std::filesystem::path& folder, std::int64_t step);
 
-/// Removes all checkpoints of `folder` but the last two: the newest, and one more should it be damaged.
-/// @throws FileError
-void keep_last_two_checkpoints(const std::filesystem::path& folder);
+/// Removes all checkpoints of `folder` but the newest, just written, and the one before it, which opens
+/// should the newest be damaged. Those of later steps go too: they were damaged, or the run would have gone
+/// on from them. @throws FileError
+void keep_last_two_checkpoints(const std::filesystem::path& folder, const std::filesystem::path& newest);
 
 /// The newest checkpoint of `folder` whose every checksum holds; what is wrong with the newer ones goes to
 /// `damaged`.
-/// @throws FileError  if there is none
+/// @throws FileError  if there is none. @throws InputError  if it is of another format
 std::filesystem::path newest_valid_checkpoint(const std::filesystem::path& folder,
                                               std::vector<std::string>& damaged);
 

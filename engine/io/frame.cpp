@@ -8,17 +8,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <numeric>
 #include <span>
 
 #include "errors.h"
-#include "io/atomic_file.h"
 #include "io/frame_file_name.h"
 #include "io/solid_raster.h"
-#include "io/vdb_seal.h"
+#include "vdb_file.h"
 
 namespace anticrack {
 namespace {
@@ -275,20 +273,6 @@ void add_float_grids(vdb::GridCPtrVec& grids, const Frame& frame, const std::vec
   if (!kappa.empty()) grids.push_back(make_float_grid("kappa", raster, raster.kappa, spacing));
 }
 
-// ---- file
-
-// OpenVDB's own file class does not say when the disk is full; a stream with exceptions on does.
-class StreamArchive : public vdb::io::Archive {
- public:
-  void write_to(const fs::path& file, const vdb::GridCPtrVec& grids, const vdb::MetaMap& metadata) {
-    std::ofstream stream;
-    stream.exceptions(std::ios::badbit | std::ios::failbit);
-    stream.open(file, std::ios::binary);
-    Archive::write(stream, grids, /*seekable=*/true, metadata);
-    stream.close();
-  }
-};
-
 // ---- point grid -> particles
 
 template <class T>
@@ -373,25 +357,22 @@ fs::path write_frame(const Frame& frame, const fs::path& folder) {
   add_float_grids(grids, frame, sorted);
 
   const fs::path file = folder / (frame_file_stem(frame.header.index) + ".vdb");
-  write_atomically(file, [&](const fs::path& temporary) {
-    StreamArchive().write_to(temporary, grids, metadata_of(frame.header));
-    seal_vdb(temporary);
-  });
+  write_vdb(file, grids, metadata_of(frame.header));
   return file;
 }
 
 Frame read_frame(const fs::path& path) {
-  check_vdb_seal(path);
-  vdb::initialize();
+  VdbFile file(path);
   try {
-    vdb::io::File file(path.string());
-    file.open(/*delayLoad=*/false);
-    if (!file.hasGrid("particles")) throw FileError("not a frame: it has no grid \"particles\"");
-    const auto grid = vdb::gridPtrCast<points::PointDataGrid>(file.readGrid("particles"));
+    const auto entry = std::ranges::find(file.entries(), "particles",
+                                         [](const VdbFile::Entry& e) { return e.descriptor.gridName(); });
+    if (entry == file.entries().end()) throw FileError("not a frame: it has no grid \"particles\"");
+    const auto grid = vdb::gridPtrCast<points::PointDataGrid>(file.read(*entry));
     if (!grid) throw FileError("not a frame: its grid \"particles\" holds no points");
-    return frame_of(*grid, *file.getMetadata());
+    return frame_of(*grid, file.metadata());
   } catch (const std::exception& error) {
-    throw FileError(path.string() + ": " + error.what());
+    const std::string message = error.what(), name = path.string();
+    throw FileError(message.starts_with(name) ? message : name + ": " + message);
   }
 }
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "io/atomic_file.h"
+#include "atomic_file.h"
 
 namespace anticrack {
 namespace {
@@ -83,6 +83,10 @@ void HistoryWriter::append(const HistoryRow& row) {
   errno = 0;
   stream_.write(line.data(), std::streamsize(line.size())).flush();
   if (!stream_) throw system_file_error(file_, "cannot be written", errno);
+}
+
+void HistoryWriter::flush_to_disk() {
+  anticrack::flush_to_disk(file_);
 }
 
 std::vector<HistoryRow> read_history(const std::filesystem::path& file) {

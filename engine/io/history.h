@@ -110,6 +110,9 @@ class HistoryWriter {
   /// FileError
   void append(const HistoryRow& row);
 
+  /// Returns once all rows are on disk. @throws FileError
+  void flush_to_disk();
+
  private:
   void open();
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "io/atomic_file.h"
+#include "atomic_file.h"
 
 namespace anticrack {
 namespace {

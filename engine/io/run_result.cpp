@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "io/atomic_file.h"
+#include "atomic_file.h"
 
 namespace anticrack {
 namespace {

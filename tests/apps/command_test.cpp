@@ -1,33 +1,14 @@
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-
-#include <array>
-#include <cstdio>
 
 #include "example_scene.h"
 #include "microstructure_io.h"
+#include "running_command.h"
 #include "temporary_folder.h"
 
 namespace anticrack {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Outcome {
-  int status;
-  std::string text;  ///< stdout and stderr
-};
-
-/// Runs the command with these arguments.
-Outcome run(const std::string& arguments) {
-  std::FILE* pipe = popen((std::string(ANTICRACK_BINARY " ") + arguments + " 2>&1").c_str(), "r");
-  Outcome outcome{-1, {}};
-  std::array<char, 256> buffer;
-  while (std::fgets(buffer.data(), int(buffer.size()), pipe)) outcome.text += buffer.data();
-  const int status = pclose(pipe);
-  if (WIFEXITED(status)) outcome.status = WEXITSTATUS(status);
-  return outcome;
-}
 
 bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
@@ -152,6 +133,14 @@ TEST(Command, ExitsWithFourOnADamagedFile) {
   const Outcome outcome = run("info " + file);
   EXPECT_EQ(outcome.status, 4) << outcome.text;
   EXPECT_TRUE(contains(outcome.text, file)) << outcome.text;
+}
+
+TEST(Command, SaysWhenItsAnswerCannotBeWritten) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.write("scene.toml", example_scene).string();
+  const Outcome outcome = run("info " + scene + " >/dev/full");
+  EXPECT_EQ(outcome.status, 4);
+  EXPECT_EQ(outcome.text, "anticrack: standard output: cannot be written: No space left on device\n");
 }
 
 TEST(Command, TellsTheResolvedScene) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "errors.h"
+#include "expect_error.h"
 #include "nearest_name.h"
 
 namespace anticrack {
@@ -23,7 +24,9 @@ TEST(ThreadCount, PrefersTheOptionThenSlurmThenTheAffinityMask) {
   EXPECT_EQ(thread_count(options), 3);
   for (const char* wrong : {"0", "-1", "two", "2x"}) {
     setenv("SLURM_CPUS_PER_TASK", wrong, 1);
-    EXPECT_THROW(thread_count({}), InputError) << wrong;
+    EXPECT_ERROR(thread_count({}), InputError,
+                 "; expected a positive whole number. Use --threads to overrule it.")
+        << wrong;
   }
   unsetenv("SLURM_CPUS_PER_TASK");
 }

@@ -1,7 +1,4 @@
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <random>
@@ -9,8 +6,8 @@
 
 #include "example_scene.h"
 #include "io/checkpoint.h"
-#include "io/frame.h"
-#include "io/history.h"
+#include "running_command.h"
+#include "same_run.h"
 #include "temporary_folder.h"
 
 namespace anticrack {
@@ -18,30 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
-
-/// Starts the command in a process of its own, silent.
-pid_t start(const std::vector<std::string>& arguments) {
-  const pid_t child = fork();
-  if (child != 0) return child;
-  std::vector<char*> argv{const_cast<char*>(ANTICRACK_BINARY)};
-  for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
-  argv.push_back(nullptr);
-  if (!std::freopen("/dev/null", "w", stdout) || !std::freopen("/dev/null", "w", stderr)) _exit(126);
-  execv(ANTICRACK_BINARY, argv.data());
-  _exit(127);
-}
-
-int exit_status(pid_t child) {
-  int status = 0;
-  waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-/// A run of about half a second that checkpoints as often as it can.
-std::string short_scene() {
-  return example_with("until_strain = 0.4", "until_strain = 0.02") +
-         "frames = 8\ncheckpoint_minutes = 1e-6\n";
-}
 
 TEST(KilledRun, GoesOnFromItsLastCheckpointWhereverItIsKilled) {
   const TemporaryFolder folder;
@@ -76,19 +49,7 @@ TEST(KilledRun, GoesOnFromItsLastCheckpointWhereverItIsKilled) {
 
   const bool resumes = fs::exists(killed / "checkpoint") && !fs::is_empty(killed / "checkpoint");
   ASSERT_EQ(exit_status(start({"run", scene, "-o", killed.string(), resumes ? "--resume" : "--force"})), 0);
-  std::vector<HistoryRow> a = read_history(whole / "history.csv"), b = read_history(killed / "history.csv");
-  ASSERT_EQ(a.size(), b.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_EQ(a[i].step, b[i].step);
-    EXPECT_EQ(a[i].p, b[i].p);
-    EXPECT_EQ(a[i].wall_work, b[i].wall_work);
-  }
-  const auto frames = list_frames(whole / "frames");
-  ASSERT_EQ(frames.size(), list_frames(killed / "frames").size());
-  const Frame last = read_frame(frames.back()), again = read_frame(list_frames(killed / "frames").back());
-  EXPECT_EQ(last.id, again.id);
-  EXPECT_EQ(last.position, again.position);
-  EXPECT_EQ(last.kappa, again.kappa);
+  expect_same_run(whole, killed);
 }
 
 TEST(KilledRun, ASecondRunInTheSameFolderIsRefused) {

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "errors.h"
+#include "expect_error.h"
 #include "temporary_folder.h"
 
 namespace anticrack {
@@ -98,14 +99,26 @@ TEST(OutputFolder, IsRefusedWhereTheUserMayNotWrite) {
                          ": Permission denied.");
 }
 
+TEST(OutputFolder, IsRefusedWhileAnotherRunWritesThere) {
+  const TemporaryFolder folder;
+  {
+    const FolderLock lock = prepare_output_folder(folder.path(), ExistingFolder::refuse);
+    EXPECT_ERROR(
+        static_cast<void>(prepare_output_folder(folder.path(), ExistingFolder::refuse)), InputError,
+        folder.path().string() + ": another run is writing there. Wait for its end, or use another -o.");
+  }
+  EXPECT_NO_THROW(static_cast<void>(prepare_output_folder(folder.path(), ExistingFolder::refuse)));
+}
+
 TEST(OutputFile, IsNotOverwrittenWithoutForce) {
   const TemporaryFolder folder;
   const fs::path file = folder.write("a.vdb", "");
-  EXPECT_THROW(check_output_file(file, false), InputError);
+  EXPECT_ERROR(check_output_file(file, false), InputError,
+               "a.vdb: the file exists. Use --force to replace it, or another -o.");
   EXPECT_NO_THROW(check_output_file(file, true));
   EXPECT_NO_THROW(check_output_file(folder.path() / "new/b.vdb", false));
-  EXPECT_THROW(check_output_file(folder.path(), true), InputError);
-  EXPECT_THROW(check_output_file(file / "b.vdb", true), InputError);
+  EXPECT_ERROR(check_output_file(folder.path(), true), InputError, ": is a folder; expected a file.");
+  EXPECT_ERROR(check_output_file(file / "b.vdb", true), InputError, "a.vdb is not a folder.");
 }
 
 }  // namespace

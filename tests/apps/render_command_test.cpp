@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 
 #include "errors.h"
+#include "expect_error.h"
 #include "io/frame.h"
 #include "io/history.h"
 #include "render_frames.h"
@@ -176,6 +178,39 @@ TEST_F(RenderCommand, RefusesBadInputBeforeWriting) {
   expect_refused({path("a"), "-o", out, "--plot", "--y", "pressure"}, "expected one of step, time");
   expect_refused({path("a"), "-o", out, "--plot", "--y", "p,time"}, "different units");
   expect_refused({path("a"), "-o", out, "--log", "--field", "velocity_y"}, "without sign");
+  expect_refused({path("a"), "-o", out, "--panel", "--plot"},
+                 "--panel, --plot and --movie exclude each other.");
+  expect_refused({path("a"), "-o", out, "--movie", path("m.mp4")},
+                 "--movie names the file itself; leave -o out.");
+  expect_refused({path("a"), "--movie", path("m.gif")}, "m.gif: expected a name that ends in .mp4.");
+  expect_refused({path("a")}, "expected -o IMAGE (or --movie M.mp4).");
+  expect_refused({path("a"), "-o", out, "--panel", "--frames", "1", "--strains", "0.1"},
+                 "--frames and --strains exclude each other.");
+  expect_refused({path("a"), "-o", out, "--fps", "0"}, "--fps 0: expected 0 < fps <= 240.");
+  fs::remove(path("b/history.csv"));
+  expect_refused({path("b"), "-o", out, "--plot"}, "b: not a run folder: it holds no history.csv.");
+  Frame empty;
+  empty.header.particle_spacing = 0.125;
+  empty.header.cell_size = 0.25;
+  const std::string frame = write_frame(empty, folder_.path()).string();
+  expect_refused({frame, "-o", out}, "frame_0000.vdb: the frame holds no particles.");
+}
+
+TEST_F(RenderCommand, SaysWhichFrameIsDamaged) {
+  fs::resize_file(path("a/frames/frame_0002.vdb"), 1000);
+  EXPECT_ERROR(render({path("a"), "-o", path("x.png")}), FileError, "frame_0002.vdb: damaged or truncated");
+  EXPECT_FALSE(fs::exists(path("x.png")));
+}
+
+TEST_F(RenderCommand, SaysWhenFfmpegFails) {
+  folder_.write("ffmpeg", "#!/bin/sh\nexit 1\n");
+  fs::permissions(path("ffmpeg"), fs::perms::owner_all);
+  const std::string before = std::getenv("PATH");
+  setenv("PATH", (folder_.path().string() + ":" + before).c_str(), 1);
+  EXPECT_ERROR(render({path("a"), "--movie", path("m.mp4"), "--size", "260x340", "--renderer", "osmesa"}),
+               FileError, "m.mp4: ffmpeg failed. Its command: ffmpeg ");
+  setenv("PATH", before.c_str(), 1);
+  EXPECT_FALSE(fs::exists(path("m.mp4")));
 }
 
 TEST_F(RenderCommand, RendersNumberedPicturesOfAMovie) {

@@ -249,6 +249,23 @@ TEST(SceneReader, RefusesFilesThatAreNotThere) {
             "missing.vdb.");
 }
 
+TEST(SceneReader, RefusesShapesAndLabelsThatNoScanHas) {
+  const auto refusal_of_scan = [](const std::string& keys) {
+    std::string scene = example_scene;
+    const std::size_t end = scene.find("[material]");
+    scene.replace(
+        0, end, "[microstructure]\nsource = \"scan\"\nfile = \"/dev/null\"\nvoxel_size = 1\n" + keys + "\n");
+    return refusal(scene);
+  };
+  EXPECT_EQ(refusal_of_scan("solid = [1]\nshape = [2, 3]"),
+            "scene.toml:6: microstructure.shape = [2, 3]; expected [nx, ny, nz], three numbers of voxels.");
+  EXPECT_EQ(refusal_of_scan("solid = [1]\nshape = [2, 3, 0]"),
+            "scene.toml:6: microstructure.shape[2] = 0; expected a whole number from 1 to 100000.");
+  EXPECT_EQ(refusal_of_scan("solid = [70000]"),
+            "scene.toml:5: microstructure.solid[0] = 70000; expected a whole number from 0 to 65535.");
+  EXPECT_EQ(refusal_of_scan("solid = [1]\nshape = [2, 3, 1]"), "accepted");
+}
+
 TEST(SceneReader, NamesTheOverrideAsThePlace) {
   EXPECT_EQ(refusal(example_scene, {"material.poisson_ratio=0.5"}),
             "--set material.poisson_ratio=0.5: material.poisson_ratio = 0.5; expected -1 < nu < 0.5. Use "

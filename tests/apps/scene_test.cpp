@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "example_scene.h"
+#include "expect_error.h"
 #include "temporary_folder.h"
 
 namespace anticrack {
@@ -129,7 +130,8 @@ TEST(SceneFiles, BringTheirOwnLattice) {
   EXPECT_EQ(source.shape, (Index3{4, 5, 6}));
 
   const std::vector<std::string> with_sample = {"sample.resolution=3"};
-  EXPECT_THROW(read_scene(folder.path() / "scan.toml", with_sample), SceneError);
+  EXPECT_ERROR(read_scene(folder.path() / "scan.toml", with_sample), SceneError,
+               "must not be given with microstructure.source = \"scan\": the sample follows from the scan");
   const std::string again = to_toml(scene);
   EXPECT_EQ(to_toml(read_scene(folder.write("again.toml", again))), again);
 }

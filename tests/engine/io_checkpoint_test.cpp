@@ -1,7 +1,12 @@
 #include "io/checkpoint.h"
 
-#include <cmath>
+#include <libdeflate.h>
 
+#include <cmath>
+#include <cstring>
+
+#include "expect_error.h"
+#include "io/provenance.h"
 #include "io_test_folder.h"
 
 namespace anticrack {
@@ -84,11 +89,33 @@ TEST_F(Checkpoint, SameStateGivesSameBytes) {
   EXPECT_EQ(file_content(file), file_content(folder / "again.bin"));
 }
 
-TEST_F(Checkpoint, KnowsItsScene) {
+TEST_F(Checkpoint, KnowsItsSceneAndItsProgram) {
   write_some(file);
-  const CheckpointReader reader(file);
-  EXPECT_TRUE(reader.is_of_scene(scene));
-  EXPECT_FALSE(reader.is_of_scene("[sample]\nsize = [1, 1, 2]\n"));
+  CheckpointReader reader(file);
+  EXPECT_EQ(reader.scene(), scene);
+  EXPECT_EQ(reader.program(), program_version());
+}
+
+TEST_F(Checkpoint, OfAnotherFormatIsRefusedByBothNumbersAndNotTakenForDamaged) {
+  write_some(checkpoint_file(folder, 1));
+  write_some(checkpoint_file(folder, 2));
+  std::string other = file_content(checkpoint_file(folder, 2));
+  const std::uint32_t now = std::uint8_t(other[12]);
+  other[12] = 77;
+  const std::uint32_t checksum = libdeflate_crc32(0, other.data(), 36);
+  std::memcpy(&other[36], &checksum, 4);
+  put_file(checkpoint_file(folder, 2), other);
+  std::vector<std::string> damaged;
+  try {
+    newest_valid_checkpoint(folder, damaged);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()), checkpoint_file(folder, 2).string() +
+                                             ": checkpoint format 77, but this program (anticrack " +
+                                             std::string(program_version()) + ") reads format " +
+                                             std::to_string(now) + ". Go on with the program that wrote it.");
+  }
+  EXPECT_TRUE(damaged.empty());
 }
 
 TEST_F(Checkpoint, WrongRequestsAreErrorsWithFileAndArray) {
@@ -106,8 +133,8 @@ TEST_F(Checkpoint, WrongRequestsAreErrorsWithFileAndArray) {
 TEST_F(Checkpoint, TakesEachNameOnce) {
   CheckpointWriter writer(scene);
   writer.add<double>("x", x);
-  EXPECT_THROW(writer.add<float>("x", weight), InputError);
-  EXPECT_THROW(writer.add_value("x", 1.0), InputError);
+  EXPECT_ERROR(writer.add<float>("x", weight), InputError, "array \"x\" is there already");
+  EXPECT_ERROR(writer.add_value("x", 1.0), InputError, "array \"x\" is there already");
 }
 
 TEST_F(Checkpoint, EveryFlippedBitIsNoticed) {
@@ -176,12 +203,25 @@ TEST_F(Checkpoint, FullDiskIsAnErrorAndKeepsTheOldFile) {
 
 TEST_F(Checkpoint, LastTwoAreKept) {
   for (const std::int64_t step : {9, 80, 700, 123456}) write_some(checkpoint_file(folder, step));
-  keep_last_two_checkpoints(folder);
+  keep_last_two_checkpoints(folder, checkpoint_file(folder, 123456));
   EXPECT_EQ(files_in_folder(), 2u);
   EXPECT_TRUE(std::filesystem::exists(checkpoint_file(folder, 700)));
   EXPECT_TRUE(std::filesystem::exists(checkpoint_file(folder, 123456)));
-  keep_last_two_checkpoints(folder);
+  keep_last_two_checkpoints(folder, checkpoint_file(folder, 123456));
   EXPECT_EQ(files_in_folder(), 2u);
+}
+
+// Otherwise it would count as one of the two for good, and the next damage would leave none.
+TEST_F(Checkpoint, ADamagedOneOfALaterStepDoesNotCount) {
+  write_some(checkpoint_file(folder, 100));
+  put_file(checkpoint_file(folder, 200), "damaged");
+  for (const std::int64_t step : {150, 160}) {
+    write_some(checkpoint_file(folder, step));
+    keep_last_two_checkpoints(folder, checkpoint_file(folder, step));
+  }
+  EXPECT_EQ(files_in_folder(), 2u);
+  EXPECT_TRUE(std::filesystem::exists(checkpoint_file(folder, 150)));
+  EXPECT_TRUE(std::filesystem::exists(checkpoint_file(folder, 160)));
 }
 
 TEST_F(Checkpoint, NewestValidOneIsFoundBehindADamagedOne) {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "expect_error.h"
 #include "io_frame_samples.h"
 #include "io_test_folder.h"
 
@@ -165,13 +166,13 @@ TEST_F(FrameFile, PositionsThatCannotBeStoredAreRefused) {
 TEST_F(FrameFile, FramesThatDoNotFitTogetherAreRefused) {
   Frame frame = sample_frame(3);
   frame.pressure.pop_back();
-  EXPECT_THROW(write_frame(frame, folder), InputError);
+  EXPECT_ERROR(write_frame(frame, folder), InputError, "frame 12: 26 entries of pressure for 27 particles");
   frame = sample_frame(3);
   frame.header.cell_size = 0;
-  EXPECT_THROW(write_frame(frame, folder), InputError);
+  EXPECT_ERROR(write_frame(frame, folder), InputError, "frame 12: cell_size = 0.000000");
   frame = sample_frame(3);
   frame.header.index = -1;
-  EXPECT_THROW(write_frame(frame, folder), InputError);
+  EXPECT_ERROR(write_frame(frame, folder), InputError, "frame index -1; expected >= 0");
 }
 
 TEST_F(FrameFile, FullDiskIsAnErrorAndKeepsTheOldFrame) {

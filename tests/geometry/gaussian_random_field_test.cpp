@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "errors.h"
+#include "expect_error.h"
 #include "random_stream.h"
 
 namespace anticrack {
@@ -170,13 +171,18 @@ TEST(GaussianRandomField, ExcessIsRoundedAfterTheSubtraction) {
 
 TEST(GaussianRandomField, RefusesParametersOutOfRange) {
   const double nan = std::nan(""), infinity = INFINITY;
-  EXPECT_THROW(GaussianRandomField::sample(spec_of(0, 9, 50, 1), 1), InputError);
-  EXPECT_THROW(GaussianRandomField::sample(spec_of(10, 0, 50, 1), 1), InputError);
-  EXPECT_THROW(GaussianRandomField::sample(spec_of(10, nan, 50, 1), 1), InputError);
-  EXPECT_THROW(GaussianRandomField::sample(spec_of(10, 9, -1, 1), 1), InputError);
-  EXPECT_THROW(GaussianRandomField::sample(spec_of(10, 9, infinity, 1), 1), InputError);
-  EXPECT_THROW(GaussianRandomField::sample(spec_of(10, 9, 50, 1), -2), InputError);
-  EXPECT_THROW(GaussianRandomField({}), InputError);
+  EXPECT_ERROR(GaussianRandomField::sample(spec_of(0, 9, 50, 1), 1), InputError, "waves = 0; expected >= 1");
+  EXPECT_ERROR(GaussianRandomField::sample(spec_of(10, 0, 50, 1), 1), InputError,
+               "wavelengths_per_side = 0; expected a finite number > 0");
+  EXPECT_ERROR(GaussianRandomField::sample(spec_of(10, nan, 50, 1), 1), InputError,
+               "wavelengths_per_side = nan; expected a finite number > 0");
+  EXPECT_ERROR(GaussianRandomField::sample(spec_of(10, 9, -1, 1), 1), InputError,
+               "heterogeneity = -1; expected a finite number > 0");
+  EXPECT_ERROR(GaussianRandomField::sample(spec_of(10, 9, infinity, 1), 1), InputError,
+               "heterogeneity = inf; expected a finite number > 0");
+  EXPECT_ERROR(GaussianRandomField::sample(spec_of(10, 9, 50, 1), -2), InputError,
+               "shortest side = -2; expected a finite number > 0");
+  EXPECT_ERROR(GaussianRandomField({}), InputError, "no waves; expected at least one");
 }
 
 }  // namespace

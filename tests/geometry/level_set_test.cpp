@@ -9,6 +9,7 @@
 #include <random>
 
 #include "errors.h"
+#include "expect_error.h"
 #include "microstructure.h"
 
 namespace anticrack {
@@ -226,7 +227,9 @@ TEST(SeedParticles, SampleAForeignLevelSetOnAnotherLattice) {
   EXPECT_NEAR(double(positions.size()) * std::pow(lattice.spacing, 3), volume, 0.006 * volume);
   for (const Vec3& x : positions) ASSERT_LT((x - Vec3(0.4, 0.5, 0.6)).norm(), 0.3 + 0.001);
 
-  EXPECT_THROW(seed_particles(sphere, {{4, 4, 4}, 0.01}), InputError);  // a corner without solid
+  EXPECT_ERROR(
+      seed_particles(sphere, {{4, 4, 4}, 0.01}), InputError,
+      "no point of the lattice 4 x 4 x 4, spacing 0.01 m, lies in the solid");  // a corner without solid
 }
 
 TEST(Microstructure, SolidFractionOfTheTheoreticalThresholdHoldsOnAverage) {
@@ -277,12 +280,19 @@ TEST(Microstructure, RefusesParametersOutOfRange) {
   const SampleLattice lattice{{10, 10, 10}, 0.1};
   const GaussianRandomFieldSpec spec{10, 3, 50, 1};
   for (double phi : {0.0, -0.1, 1.1, std::nan("")})
-    EXPECT_THROW(generate_microstructure(lattice, spec, phi), InputError);
-  EXPECT_THROW(generate_microstructure({{0, 10, 10}, 0.1}, spec, 0.5), InputError);
-  EXPECT_THROW(generate_microstructure({{10, 10, 10}, 0.0}, spec, 0.5), InputError);
-  EXPECT_THROW(generate_microstructure({{10, 10, 10}, INFINITY}, spec, 0.5), InputError);
-  EXPECT_THROW(generate_microstructure(lattice, {10, 6, 50, 1}, 0.5), InputError);  // two points a wavelength
-  EXPECT_THROW(full_block({{10, -1, 10}, 0.1}), InputError);
+    EXPECT_ERROR(generate_microstructure(lattice, spec, phi), InputError,
+                 "; expected 0 < solid fraction <= 1");
+  EXPECT_ERROR(generate_microstructure({{0, 10, 10}, 0.1}, spec, 0.5), InputError,
+               "expected at least one point along each axis and a finite spacing > 0");
+  EXPECT_ERROR(generate_microstructure({{10, 10, 10}, 0.0}, spec, 0.5), InputError,
+               "expected at least one point along each axis and a finite spacing > 0");
+  EXPECT_ERROR(generate_microstructure({{10, 10, 10}, INFINITY}, spec, 0.5), InputError,
+               "expected at least one point along each axis and a finite spacing > 0");
+  EXPECT_ERROR(generate_microstructure(lattice, {10, 6, 50, 1}, 0.5), InputError,
+               "6 wavelengths along a side of 10 lattice points; expected at most 5, two points a "
+               "wavelength");  // two points a wavelength
+  EXPECT_ERROR(full_block({{10, -1, 10}, 0.1}), InputError,
+               "expected at least one point along each axis and a finite spacing > 0");
 }
 
 }  // namespace

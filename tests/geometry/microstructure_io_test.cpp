@@ -10,6 +10,7 @@
 #include <iterator>
 
 #include "errors.h"
+#include "expect_error.h"
 #include "level_set.h"
 
 namespace anticrack {
@@ -145,6 +146,24 @@ TEST_F(MicrostructureFile, WithoutSolidIsRefused) {
   EXPECT_NE(error_of(write("inverted.vdb", {inverted})).find("background"), std::string::npos);
 }
 
+TEST_F(MicrostructureFile, LatticesThatNoSampleHasAreRefused) {
+  auto wide = openvdb::FloatGrid::create(1.0f);
+  wide->setGridClass(openvdb::GRID_LEVEL_SET);
+  for (const int i : {0, 1 << 21}) wide->tree().setValue(openvdb::Coord(i, 0, 0), -1.0f);
+  EXPECT_ERROR(read_microstructure(write("wide.vdb", {wide})), FileError,
+               "wide.vdb: grid '' spans 2.09715e+06 voxels along an axis; expected at most 1048576");
+  auto grid = sphere<openvdb::FloatGrid>("surface");
+  grid->insertMeta("lattice_points", openvdb::Vec3IMetadata({100000, 100000, 2}));
+  grid->insertMeta("lattice_spacing", openvdb::DoubleMetadata(0.02));
+  grid->insertMeta("origin", openvdb::Vec3DMetadata({0, 0, 0}));
+  grid->insertMeta("solid_points", openvdb::Int64Metadata(1));
+  EXPECT_ERROR(read_microstructure(write("lattice.vdb", {grid})), FileError,
+               "lattice.vdb: lattice of 100000 x 100000 x 2 points; expected at most 1048576 along an axis");
+  grid->insertMeta("lattice_points", openvdb::Vec3IMetadata({3, 3, 3}));
+  EXPECT_ERROR(read_microstructure(write("corner.vdb", {grid})), FileError,
+               "corner.vdb: no point of the lattice 3 x 3 x 3, spacing 0.02 m, lies in the solid");
+}
+
 TEST_F(MicrostructureFile, ReadingOtherFilesIsRefusedByName) {
   EXPECT_NE(error_of(path("missing.vdb")).find("no such file"), std::string::npos);
   std::ofstream(path("text.vdb")) << "no volume at all";
@@ -152,28 +171,6 @@ TEST_F(MicrostructureFile, ReadingOtherFilesIsRefusedByName) {
   std::ofstream(path("nothing.vdb")).flush();
   EXPECT_NE(error_of(path("nothing.vdb")).find("nothing.vdb"), std::string::npos);
   EXPECT_NE(error_of(path("")).find("anticrack_vdb"), std::string::npos);  // a folder
-}
-
-TEST_F(MicrostructureFile, CutOffAnywhereIsAnError) {
-  write_microstructure(full_block({{6, 6, 6}, 1.0}), path("whole.vdb"));
-  std::ifstream stream(path("whole.vdb"), std::ios::binary);
-  const std::string whole{std::istreambuf_iterator<char>(stream), {}};
-  for (std::size_t length = 0; length < whole.size(); length += 1 + length / 20) {
-    std::ofstream(path("cut.vdb"), std::ios::binary) << whole.substr(0, length);
-    EXPECT_FALSE(error_of(path("cut.vdb")).empty()) << length << " of " << whole.size() << " bytes";
-  }
-}
-
-TEST_F(MicrostructureFile, AnyChangedByteIsAnError) {
-  write_microstructure(full_block({{6, 6, 6}, 1.0}), path("whole.vdb"));
-  std::ifstream stream(path("whole.vdb"), std::ios::binary);
-  const std::string whole{std::istreambuf_iterator<char>(stream), {}};
-  for (std::size_t at = 0; at + 16 < whole.size(); at += 1 + at / 20) {
-    std::string changed = whole;
-    changed[at] = char(changed[at] ^ 0x10);
-    std::ofstream(path("changed.vdb"), std::ios::binary) << changed;
-    EXPECT_NE(error_of(path("changed.vdb")).find("checksum"), std::string::npos) << at;
-  }
 }
 
 TEST_F(MicrostructureFile, RewrittenByAnotherProgramKeepsItsLatticeAndIsCountedAnew) {
@@ -201,12 +198,14 @@ TEST_F(MicrostructureFile, FailedWriteLeavesTheOldFile) {
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   const rlimit small{4096, before.rlim_max};  // the system refuses to write more, as it does on a full disk
   ::setrlimit(RLIMIT_FSIZE, &small);
-  EXPECT_THROW(write_microstructure(small_structure(), path("s.vdb")), FileError);
+  EXPECT_ERROR(write_microstructure(small_structure(), path("s.vdb")), FileError,
+               "s.vdb: cannot be written: File too large");
   ::setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
   EXPECT_EQ(fs::file_size(path("s.vdb")), size);
   EXPECT_EQ(std::distance(fs::directory_iterator(path("")), fs::directory_iterator()), 1);
-  EXPECT_THROW(write_microstructure(small_structure(), path("no/such/folder/s.vdb")), FileError);
+  EXPECT_ERROR(write_microstructure(small_structure(), path("no/such/folder/s.vdb")), FileError,
+               "no/such/folder/s.vdb: cannot be written: No such file or directory");
 }
 
 }  // namespace

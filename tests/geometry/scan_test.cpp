@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "errors.h"
+#include "expect_error.h"
 
 namespace anticrack {
 namespace {
@@ -75,9 +76,11 @@ TEST_F(Scan, ReadsRawBytesOfAGivenShape) {
   const VoxelImage image = read_voxel_image(file, Index3{3, 2, 1});
   EXPECT_EQ(image.size, (Index3{3, 2, 1}));
   EXPECT_EQ(image.labels, (std::vector<std::uint16_t>{0, 1, 2, 3, 255, 5}));
-  EXPECT_THROW(read_voxel_image(file), InputError);
-  EXPECT_THROW(read_voxel_image(file, Index3{3, 2, 2}), FileError);
-  EXPECT_THROW(read_voxel_image(file, Index3{-3, -2, 1}), InputError);
+  EXPECT_ERROR(read_voxel_image(file), InputError, "scan.raw: raw bytes need a shape [nx, ny, nz]");
+  EXPECT_ERROR(read_voxel_image(file, Index3{3, 2, 2}), FileError,
+               "scan.raw: 6 bytes; shape [3, 2, 2] needs 12");
+  EXPECT_ERROR(read_voxel_image(file, Index3{-3, -2, 1}), InputError,
+               "scan.raw: shape [-3, -2, 1]; expected 1 to 1048576 voxels along each axis");
 }
 
 TEST_F(Scan, RefusesDamagedFilesByName) {
@@ -92,9 +95,11 @@ TEST_F(Scan, RefusesDamagedFilesByName) {
       EXPECT_NE(std::string(error.what()).find("cut.tif"), std::string::npos);
     }
   }
-  EXPECT_THROW(read_voxel_image("/nonexistent.tif"), FileError);
-  EXPECT_THROW(read_voxel_image(write("text.tif", "not an image")), FileError);
-  EXPECT_THROW(read_voxel_image(write("deep.tif", tiff(numbered({4, 4, 1}, 1), 32, false))), FileError);
+  EXPECT_ERROR(read_voxel_image("/nonexistent.tif"), FileError, "/nonexistent.tif: no such file");
+  EXPECT_ERROR(read_voxel_image(write("text.tif", "not an image")), FileError,
+               "text.tif: not a readable TIFF");
+  EXPECT_ERROR(read_voxel_image(write("deep.tif", tiff(numbered({4, 4, 1}, 1), 32, false))), FileError,
+               "deep.tif: page 0: 32 bits, 1 samples a pixel");
 }
 
 TEST(ScanPoints, LieAtTheCentresOfSolidVoxels) {
@@ -110,9 +115,10 @@ TEST(ScanPoints, LieAtTheCentresOfSolidVoxels) {
 TEST(ScanPoints, RefusesAScanWithoutSolid) {
   const VoxelImage image{{2, 1, 1}, {3, 5}};
   const std::vector<int> solid = {255, -4, 70000};
-  EXPECT_THROW(scan_points(image, solid, 1.0), InputError);
+  EXPECT_ERROR(scan_points(image, solid, 1.0), InputError,
+               "no voxel of the scan has a solid label [255, -4, 70000]; labels present: [3, 5]");
   const std::vector<int> three = {3};
-  EXPECT_THROW(scan_points(image, three, 0.0), InputError);
+  EXPECT_ERROR(scan_points(image, three, 0.0), InputError, "voxel size = 0 m; expected a finite number > 0");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "errors.h"
+#include "expect_error.h"
 #include "panel.h"
 #include "ticks.h"
 
@@ -82,7 +83,7 @@ TEST(Annotation, ScaleBarIsAsLongAsItSays) {
 }
 
 TEST(Annotation, RefusesAPictureWithoutRoom) {
-  EXPECT_THROW(layout_annotation(60, 40, example()), InputError);
+  EXPECT_ERROR(layout_annotation(60, 40, example()), InputError, "picture of 60 x 40 pixels leaves no room");
 }
 
 TEST(Annotation, LengthsAreRound) {
@@ -152,9 +153,11 @@ TEST(Panel, ShowsEachPictureInItsPlace) {
 
 TEST(Panel, RefusesWhatDoesNotFit) {
   Panel panel{{"a", "b"}, {"1"}, example()};
-  EXPECT_THROW(compose_panel(panel, {Image(9, 9)}, 1), InputError);
-  EXPECT_THROW(compose_panel(panel, {Image(90, 90), Image(90, 91)}, 1), InputError);
-  EXPECT_THROW(layout_panel({{}, {"1"}, example()}, 100, 100), InputError);
+  EXPECT_ERROR(compose_panel(panel, {Image(9, 9)}, 1), InputError, "panel: got 1 pictures; expected 2");
+  EXPECT_ERROR(compose_panel(panel, {Image(90, 90), Image(90, 91)}, 1), InputError,
+               "panel: pictures differ in size; expected one size");
+  EXPECT_ERROR(layout_panel({{}, {"1"}, example()}, 100, 100), InputError,
+               "panel: expected at least one column and one row");
 }
 
 }  // namespace

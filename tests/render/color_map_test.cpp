@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "errors.h"
+#include "expect_error.h"
 
 namespace anticrack {
 namespace {
@@ -97,13 +98,17 @@ TEST(ColorScale, OfAConstantHasSomeWidth) {
 }
 
 TEST(ColorScale, RefusesWhatCannotBeAScale) {
-  EXPECT_THROW(ScaleChooser({.percentile = 0}), InputError);
-  EXPECT_THROW(ScaleChooser({.percentile = 101}), InputError);
-  EXPECT_THROW(ScaleChooser({.percentile = NAN}), InputError);
-  EXPECT_THROW(ScaleChooser({.fixed = {{1, 1}}}), InputError);
-  EXPECT_THROW(ScaleChooser({.logarithmic = true, .fixed = {{0, 1}}}), InputError);
-  EXPECT_THROW(ScaleChooser({.is_signed = true, .logarithmic = true}), InputError);
-  EXPECT_THROW(scale_of({0, 0}, {.logarithmic = true}), InputError);
+  EXPECT_ERROR(ScaleChooser({.percentile = 0}), InputError, "percentile = 0; expected 0 < percentile <= 100");
+  EXPECT_ERROR(ScaleChooser({.percentile = 101}), InputError,
+               "percentile = 101; expected 0 < percentile <= 100");
+  EXPECT_ERROR(ScaleChooser({.percentile = NAN}), InputError, "; expected 0 < percentile <= 100");
+  EXPECT_ERROR(ScaleChooser({.fixed = {{1, 1}}}), InputError, "range = 1, 1; expected low < high");
+  EXPECT_ERROR(ScaleChooser({.logarithmic = true, .fixed = {{0, 1}}}), InputError,
+               "a logarithmic scale needs a positive low end");
+  EXPECT_ERROR(ScaleChooser({.is_signed = true, .logarithmic = true}), InputError,
+               "logarithmic scale: expected a quantity without sign");
+  EXPECT_ERROR(scale_of({0, 0}, {.logarithmic = true}), InputError,
+               "logarithmic scale: no value is positive");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "errors.h"
+#include "expect_error.h"
 #include "particle_shapes.h"
 #include "surface.h"
 
@@ -150,7 +151,8 @@ TEST(EmbreeImage, CutSpheresAreGone) {
   const Rendered r = render_spheres(p, front, 60, 120, CutPlane{{0, 1, 0}, 1});
   const Rendered whole = render_spheres(p, front, 60, 120);
   EXPECT_NEAR(covered_pixels(r.layers) / double(covered_pixels(whole.layers)), 0.5, 0.03);
-  EXPECT_THROW(render_spheres(p, front, 60, 120, CutPlane{{0, 1, 0}, -5}), InputError);
+  EXPECT_ERROR(render_spheres(p, front, 60, 120, CutPlane{{0, 1, 0}, -5}), InputError,
+               "the cut plane removes every particle");
 }
 
 TEST(EmbreeImage, IsTheSameBytesForAnyNumberOfThreadsAndTwice) {
@@ -184,16 +186,16 @@ TEST(EmbreeImage, RefusesToRenderWithoutLight) {
   const Mesh mesh = extract_surface(field);
   EmbreeScene scene(mesh);
   const Camera camera = Camera::fit(p.box, front, 20, 20);
-  EXPECT_THROW(scene.render(camera, unit_scale()), InputError);
+  EXPECT_ERROR(scene.render(camera, unit_scale()), InputError, "the light of the scene is not baked");
   scene.bake_light(camera);
-  EXPECT_THROW(scene.render(camera, unit_scale(), 0), InputError);
+  EXPECT_ERROR(scene.render(camera, unit_scale(), 0), InputError, "samples = 0 a pixel; expected > 0");
 }
 
 TEST(CutSection, RefusesAPlaneThatMissesTheSample) {
   const Particles p = ball();
   const SolidField field(p.position, p.scalar, p.spacing);
-  EXPECT_THROW(CutSection({{0, 0, 1}, 50}, field), InputError);
-  EXPECT_THROW(CutSection({{0, 0, 0}, 1}, field), InputError);
+  EXPECT_ERROR(CutSection({{0, 0, 1}, 50}, field), InputError, "m misses the sample, which spans");
+  EXPECT_ERROR(CutSection({{0, 0, 0}, 1}, field), InputError, "cut plane: expected a normal with a length");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <png.h>
 
 #include "errors.h"
+#include "expect_error.h"
 #include "png_content.h"
 
 namespace anticrack {
@@ -28,7 +29,7 @@ TEST(Image, PngSaysItsColourSpaceAndTextAndNoDate) {
 }
 
 TEST(Image, EmptyIsRefused) {
-  EXPECT_THROW(encode_png(Image()), InputError);
+  EXPECT_ERROR(encode_png(Image()), InputError, "image is empty; expected at least one pixel");
 }
 
 TEST(Image, SrgbIsItsOwnInverseForEveryByte) {

@@ -6,6 +6,7 @@
 
 #include "embree_image.h"
 #include "errors.h"
+#include "expect_error.h"
 #include "particle_shapes.h"
 #include "surface.h"
 
@@ -95,13 +96,14 @@ TEST(OsmesaPreview, RefusesPicturesAndPointsThatOpenGlCannotDraw) {
   const Scene s;
   const PointLight light = QuickLight(s.field).at_vertices(s.mesh);
   const Camera huge = Camera::fit(s.particles.box, {}, 40000, 10);
-  EXPECT_THROW(preview_surface(s.mesh, light, huge, unit_scale()), InputError);
+  EXPECT_ERROR(preview_surface(s.mesh, light, huge, unit_scale()), InputError, "OSMesa draws at most ");
   const Particles one = make_particles(
       {1, 1, 1}, 1, [](const Vec3&) { return true; }, [](const Vec3&) { return 0; });
   const SphereCloud sphere{one.position, one.scalar, 0.62f};
-  EXPECT_THROW(preview_spheres(sphere, {{1}, {1}}, Camera::fit(one.box, {}, 900, 900), unit_scale()),
-               InputError);
-  EXPECT_THROW(preview_surface(s.mesh, {}, s.camera, unit_scale()), InputError);
+  EXPECT_ERROR(preview_spheres(sphere, {{1}, {1}}, Camera::fit(one.box, {}, 900, 900), unit_scale()),
+               InputError, "preview: a sphere covers ");
+  EXPECT_ERROR(preview_surface(s.mesh, {}, s.camera, unit_scale()), InputError,
+               "preview: expected light for each vertex");
 }
 
 TEST(QuickLight, IsFullInTheOpenAndDimInACave) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "errors.h"
+#include "expect_error.h"
 #include "png_content.h"
 
 namespace anticrack {
@@ -39,7 +40,8 @@ TEST(Plot, FormatFollowsTheExtension) {
   EXPECT_EQ(document_format("a/b.svg"), DocumentFormat::svg);
   EXPECT_EQ(document_format("b.pdf"), DocumentFormat::pdf);
   EXPECT_EQ(document_format("b.png"), DocumentFormat::png);
-  EXPECT_THROW(document_format("b.jpg"), InputError);
+  EXPECT_ERROR(document_format("b.jpg"), InputError,
+               "b.jpg: expected a name that ends in .png, .svg or .pdf");
 }
 
 TEST(Plot, DrawsTheSteeperCurveAbove) {
@@ -114,12 +116,16 @@ TEST(Plot, MarksEveryPointAndTellsFilledFromHollow) {
 }
 
 TEST(Plot, RefusesNothing) {
-  EXPECT_THROW(draw_plot({"x", "y", {}}, DocumentFormat::png), InputError);
-  EXPECT_THROW(draw_plot({"x", "y", {{"", {NAN}, {1}}}}, DocumentFormat::png), InputError);
-  EXPECT_THROW(draw_plot({"x", "y", {{"", {1, 2}, {1}}}}, DocumentFormat::png), InputError);
-  EXPECT_THROW(draw_plot({"x", "y", {{"", {1, 2}, {1, 2}, {Marker::filled}}}}, DocumentFormat::png),
-               InputError);
-  EXPECT_THROW(draw_plot(example(), DocumentFormat::png, 60, 40), InputError);
+  EXPECT_ERROR(draw_plot({"x", "y", {}}, DocumentFormat::png), InputError,
+               "nothing to plot: no curve has a finite point");
+  EXPECT_ERROR(draw_plot({"x", "y", {{"", {NAN}, {1}}}}, DocumentFormat::png), InputError,
+               "nothing to plot: no curve has a finite point");
+  EXPECT_ERROR(draw_plot({"x", "y", {{"", {1, 2}, {1}}}}, DocumentFormat::png), InputError,
+               "2 abscissas for 1 values; expected equally many");
+  EXPECT_ERROR(draw_plot({"x", "y", {{"", {1, 2}, {1, 2}, {Marker::filled}}}}, DocumentFormat::png),
+               InputError, "1 markers for 2 points; expected equally many or none");
+  EXPECT_ERROR(draw_plot(example(), DocumentFormat::png, 60, 40), InputError,
+               "plot of 60 x 40 pixels leaves no room between its labels");
 }
 
 }  // namespace

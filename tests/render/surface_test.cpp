@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "errors.h"
+#include "expect_error.h"
 #include "particle_shapes.h"
 
 namespace anticrack {
@@ -141,12 +142,14 @@ TEST(SolidField, OfAFarStrayStaysSmall) {
 TEST(SolidField, RefusesBadInput) {
   const std::vector<Point> one{{0, 0, 0}};
   const std::vector<float> value{1};
-  EXPECT_THROW(SolidField({}, {}, 1), InputError);
-  EXPECT_THROW(SolidField(one, {}, 1), InputError);
-  EXPECT_THROW(SolidField(one, value, 0), InputError);
-  EXPECT_THROW(SolidField(std::vector<Point>{{NAN, 0, 0}}, value, 1), InputError);
-  EXPECT_THROW(SolidField(std::vector<Point>{{1e30f, 0, 0}}, value, 1), InputError);
-  EXPECT_THROW(SolidField(one, std::vector<float>{NAN}, 1), InputError);
+  EXPECT_ERROR(SolidField({}, {}, 1), InputError, "no particles to draw");
+  EXPECT_ERROR(SolidField(one, {}, 1), InputError, "got 0 values for 1 particles; expected one a particle");
+  EXPECT_ERROR(SolidField(one, value, 0), InputError, "particle spacing = 0.000000 m; expected > 0");
+  EXPECT_ERROR(SolidField(std::vector<Point>{{NAN, 0, 0}}, value, 1), InputError,
+               "position of particle 0 is nan m; expected a finite number below");
+  EXPECT_ERROR(SolidField(std::vector<Point>{{1e30f, 0, 0}}, value, 1), InputError,
+               "position of particle 0 is ");
+  EXPECT_ERROR(SolidField(one, std::vector<float>{NAN}, 1), InputError, "value of particle 0 is not finite");
 }
 
 }  // namespace

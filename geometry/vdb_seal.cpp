@@ -1,7 +1,8 @@
-#include "io/vdb_seal.h"
+#include "vdb_seal.h"
 
 #include <libdeflate.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
@@ -10,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/atomic_file.h"
+#include "atomic_file.h"
 
 namespace anticrack {
 namespace {
@@ -33,7 +34,9 @@ Content read_content(const fs::path& file) {
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw system_file_error(file, "cannot be opened", errno);
-  std::vector<char> buffer(1 << 20);
+  std::error_code unknown;
+  std::vector<char> buffer(
+      std::clamp<std::uintmax_t>(fs::file_size(file, unknown), uuid_begin + uuid_size, 1 << 20));
   Content content{{}, 0};
   for (bool first = true; stream.read(buffer.data(), std::streamsize(buffer.size())) || stream.gcount() > 0;
        first = false) {
@@ -69,10 +72,12 @@ void seal_vdb(const fs::path& file) {
   stream.close();
 }
 
-void check_vdb_seal(const fs::path& file) {
+bool check_vdb_seal(const fs::path& file) {
   const Content content = read_content(file);
-  if (content.uuid.starts_with(seal_mark) && content.uuid != seal_of(content.checksum))
+  if (!content.uuid.starts_with(seal_mark)) return false;
+  if (content.uuid != seal_of(content.checksum))
     throw FileError(file.string() + ": damaged or truncated (its content does not match its checksum)");
+  return true;
 }
 
 }  // namespace anticrack

@@ -1,4 +1,4 @@
-#include "io/atomic_file.h"
+#include "atomic_file.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view cannot_write = "cannot be written";
+constexpr std::string_view cannot_write = "cannot be written", cannot_flush = "cannot be flushed to disk";
 
 // Unique among processes and threads; the leading dot keeps it out of patterns such as frame_*.vdb.
 fs::path temporary_beside(const fs::path& file) {
@@ -26,7 +26,7 @@ fs::path temporary_beside(const fs::path& file) {
 }
 
 // The errno of what failed, 0 if all went well.
-int flush_to_disk(const fs::path& path) {
+int flush(const fs::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return errno;
   const int error_number = ::fsync(descriptor) == 0 ? 0 : errno;
@@ -35,6 +35,10 @@ int flush_to_disk(const fs::path& path) {
 }
 
 }  // namespace
+
+void flush_to_disk(const fs::path& path) {
+  if (const int failed = flush(path)) throw system_file_error(path, cannot_flush, failed);
+}
 
 FileError system_file_error(const fs::path& file, std::string_view what, int error_number) {
   std::string message = file.string() + ": " + std::string(what);
@@ -48,7 +52,7 @@ void write_atomically(const fs::path& file, const std::function<void(const fs::p
   try {
     errno = 0;
     write(temporary);
-    if (const int failed = flush_to_disk(temporary)) throw system_file_error(file, cannot_write, failed);
+    if (const int failed = flush(temporary)) throw system_file_error(file, cannot_write, failed);
     if (::rename(temporary.c_str(), file.c_str()) != 0) throw system_file_error(file, cannot_write, errno);
   } catch (const std::ios_base::failure&) {
     const int error_number = errno;
@@ -61,8 +65,8 @@ void write_atomically(const fs::path& file, const std::function<void(const fs::p
   // The rename itself lasts only once the folder is on disk; some file systems cannot flush a folder and say
   // EINVAL.
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  const int failed = flush_to_disk(folder);
-  if (failed != 0 && failed != EINVAL) throw system_file_error(folder, "cannot be flushed to disk", failed);
+  const int failed = flush(folder);
+  if (failed != 0 && failed != EINVAL) throw system_file_error(folder, cannot_flush, failed);
 }
 
 void write_text_atomically(const fs::path& file, std::string_view text) {

@@ -9,7 +9,8 @@ namespace anticrack {
 /// FileError
 void seal_vdb(const std::filesystem::path& file);
 
-/// @throws FileError  if `file` is sealed and its content has changed since; files of other programs pass
-void check_vdb_seal(const std::filesystem::path& file);
+/// Whether `file` is sealed; files of other programs are not.
+/// @throws FileError  if it is and its content has changed since
+bool check_vdb_seal(const std::filesystem::path& file);
 
 }  // namespace anticrack

@@ -1,4 +1,4 @@
-#include "io/atomic_file.h"
+#include "atomic_file.h"
 
 #include "io_test_folder.h"
 

@@ -19,6 +19,9 @@ void write_atomically(const std::filesystem::path& file,
 /// The same for a text. @throws FileError
 void write_text_atomically(const std::filesystem::path& file, std::string_view text);
 
+/// Returns once what was written to a file or folder is on disk. @throws FileError
+void flush_to_disk(const std::filesystem::path& path);
+
 /// "FILE: WHAT: REASON", the reason in the system's words for `error_number` (an errno; 0: none known).
 FileError system_file_error(const std::filesystem::path& file, std::string_view what, int error_number);
 
