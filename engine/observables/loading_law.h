@@ -3,8 +3,8 @@
 namespace anticrack {
 
 /// What loading too fast costs, by the number N of passages of the solid's longitudinal wave through the
-/// sample before it fails: errors of up to a / N, as if failure came a passages late; in the median half as
-/// much. Measured by `anticrack precision --loading` on samples of two solid fractions, stiffnesses,
+/// sample before it fails: errors of up to about a / N, as if failure came a passages late; in the median
+/// half as much. Measured by `anticrack precision --loading` on samples of two solid fractions, stiffnesses,
 /// resolutions and sizes; the table is in engine/README.md.
 namespace loading_law {
 
