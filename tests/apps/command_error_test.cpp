@@ -79,7 +79,7 @@ TEST_F(CommandError, OfRunComesBeforeAnythingIsWritten) {
          "bad.vdb: damaged or no OpenVDB");
   expect(2,
          run + "--set sample.size=[0.2,0.2,0.2] --set sample.resolution=2 --set microstructure.source=full",
-         "sample box of 1.000000 cells along an axis; expected at least 4");
+         "cells of the sample box along an axis = 1; expected at least 4");
   expect(2, "run scene.toml", "-o");
   expect(2, run + "--resume", "out: no run to resume: there is no scene.toml in it.");
   expect(2, run + "--force --resume", "--force");

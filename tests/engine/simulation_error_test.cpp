@@ -29,7 +29,7 @@ TEST(Simulation, RefusesWhatCannotBeSimulated) {
   SimulationSetup thin = setup_of();
   thin.box_size[2] = 2 * h;
   EXPECT_ERROR(Simulation(thin, positions), InputError,
-               "sample box of 1.000000 cells along an axis; expected at least 4");
+               "cells of the sample box along an axis = 1; expected at least 4");
   const std::vector<Vec3> velocities(3, Vec3::Zero());
   EXPECT_ERROR(Simulation(setup_of(), positions, velocities), InputError, "3 velocities for 512 particles");
 }
