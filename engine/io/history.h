@@ -43,12 +43,12 @@ struct HistoryRow {
   double plastic_dissipation = 0;    ///< [J] since the start
   double numerical_dissipation = 0;  ///< [J] since the start
   double wall_work = 0;              ///< [J] done by the walls since the start
-  double energy_residual = 0;        ///< what the balance of the five above lacks, all at one time, relative [-]
-  double solid_fraction = 0;         ///< of the current box [-]
-  double plastic_fraction = 0;       ///< share of particles that have yielded [-]
-  double strays = 0;                 ///< share of particles outside their block's order [-]
-  double active_leaves = 0;          ///< leaves of the grid
-  double wall_seconds = 0;           ///< run time since the start [s]
+  double energy_residual = 0;   ///< what the balance of the five above lacks, all at one time, relative [-]
+  double solid_fraction = 0;    ///< of the current box [-]
+  double plastic_fraction = 0;  ///< share of particles that have yielded [-]
+  double strays = 0;            ///< share of particles outside their block's order [-]
+  double active_leaves = 0;     ///< leaves of the grid
+  double wall_seconds = 0;      ///< run time since the start [s]
 };
 
 struct HistoryColumn {
