@@ -173,6 +173,11 @@ TEST(Command, PrecisionMeasuresResumesAndRefuses) {
   EXPECT_EQ(wrong.status, 2);
   EXPECT_TRUE(contains(wrong.text, "--problem wve; expected one of wave, large_wave, vortex")) << wrong.text;
   EXPECT_FALSE(fs::exists(out + "2"));
+  folder.write("study/provenance.json", R"({"commit": "of another version"})");
+  const Outcome elsewhere = run(study + " --resume");
+  EXPECT_EQ(elsewhere.status, 2);
+  EXPECT_TRUE(contains(elsewhere.text, "measured with commit \"of another version\", this is"))
+      << elsewhere.text;
 }
 
 }  // namespace

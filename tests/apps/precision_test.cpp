@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "errors.h"
+#include "expect_error.h"
 #include "precision_report.h"
 
 namespace anticrack {
@@ -132,6 +134,14 @@ TEST(PrecisionReport, ReadsBackWhatItWrote) {
   ASSERT_EQ(back.size(), 2u);
   EXPECT_EQ(to_json(back, false), to_json(results, false));
   EXPECT_EQ(to_csv(back), to_csv(results));
+}
+
+TEST(PrecisionReport, RefusesWhatIsNotItsOwn) {
+  bool quick;
+  EXPECT_ERROR(from_json("{}", "precision.json", quick), FileError,
+               "precision.json: no results of this command:");
+  EXPECT_ERROR(from_json("nonsense", "precision.json", quick), FileError,
+               "precision.json: no results of this command:");
 }
 
 }  // namespace
