@@ -62,31 +62,27 @@ SymmetricTensor ManufacturedWave::kirchhoff_stress(const Vec3& X, double t) cons
   return {tau[0], tau[1], tau[2], 0, 0, 0};
 }
 
-/// X of x = X + u(X, t), by Newton's method an axis.
-Vec3 ManufacturedWave::material_point(const Vec3& x, double t) const {
-  Vec3 X = x;
-  for (int i = 0; i < 3; ++i) {
-    const double a = amplitude_ * std::sin(omega_[i] * t);
-    for (int n = 0; n < 50; ++n) {
-      const double change =
-          (X[i] + a * std::sin(2 * pi * X[i]) - x[i]) / (1 + 2 * pi * a * std::cos(2 * pi * X[i]));
-      X[i] -= change;
-      if (std::abs(change) < 1e-15) break;
-    }
-  }
-  return X;
-}
-
 Vec3 ManufacturedWave::body_acceleration(const Vec3& x, double t) const {
-  const Vec3 X = material_point(x, t), F = stretch(X, t), tau = principal_stress(F);
-  const double modulus = material_.elasticity.lambda() + 2 * material_.elasticity.mu();
-  const Vec3 u = displacement(X, t);
-  Vec3 b;
+  Vec3 u, F, dF_dX;
   for (int i = 0; i < 3; ++i) {
-    const double acceleration = -omega_[i] * omega_[i] * u[i];
-    const double dF_dX = -4 * pi * pi * u[i];
-    b[i] = acceleration - dF_dX * (modulus - tau[i]) / (material_.density * F[i] * F[i]);
+    // X of x = X + u(X, t), by Newton's method.
+    const double a = amplitude_ * std::sin(omega_[i] * t);
+    double X = x[i], sine = 0, cosine = 1;
+    for (int n = 0; n < 50; ++n) {
+      sine = std::sin(2 * pi * X), cosine = std::cos(2 * pi * X);
+      const double change = (X + a * sine - x[i]) / (1 + 2 * pi * a * cosine);
+      X -= change;
+      if (std::abs(change) < 1e-13) break;
+    }
+    u[i] = a * sine;
+    F[i] = 1 + 2 * pi * a * cosine;
+    dF_dX[i] = -4 * pi * pi * u[i];
   }
+  const Vec3 tau = principal_stress(F);
+  const double modulus = material_.elasticity.lambda() + 2 * material_.elasticity.mu();
+  Vec3 b;
+  for (int i = 0; i < 3; ++i)
+    b[i] = -omega_[i] * omega_[i] * u[i] - dF_dX[i] * (modulus - tau[i]) / (material_.density * F[i] * F[i]);
   return b;
 }
 

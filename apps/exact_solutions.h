@@ -33,7 +33,6 @@ class ManufacturedWave {
 
  private:
   Vec3 stretch(const Vec3& X, double t) const;
-  Vec3 material_point(const Vec3& x, double t) const;
   Vec3 principal_stress(const Vec3& F) const;
 
   Material material_;

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -35,7 +36,7 @@ struct PrecisionOptions : CommonOptions {
   std::string output;
   std::vector<std::string> problems;
   int runs = 5;
-  double case_seconds = 30;
+  double case_seconds = 20;
   bool quick = false, resume = false, loading = false;
 };
 
@@ -49,21 +50,25 @@ std::string read_text(const fs::path& file) {
   return text.str();
 }
 
-/// Solves a case up to `runs` times, as long as all of them together take less than `seconds`; the least time
+/// Solves a case up to `runs` times, as long as that takes less than `most_seconds` in all; the least time
 /// counts.
-PrecisionResult measure(const PrecisionCase& c, int runs, double seconds, const StopOnSignal& signals) {
+PrecisionResult measure(const PrecisionCase& c, int runs, double most_seconds, const StopOnSignal& signals) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto elapsed = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
   PrecisionResult result{c, {}, 0, {}};
   try {
-    double spent = 0;
     do {
       Solution solution = solve(c);
-      spent += solution.seconds;
       if (result.runs == 0 || solution.seconds < result.solution.seconds)
         result.solution = std::move(solution);
       ++result.runs;
-    } while (result.runs < runs && spent + result.solution.seconds < seconds && !signals.requested());
+    } while (result.runs < runs && elapsed() * (result.runs + 1) < most_seconds * result.runs &&
+             !signals.requested());
   } catch (const NumericalError& error) {
     result.failure = error.what();
+    result.solution.seconds = elapsed();
   }
   return result;
 }
@@ -123,15 +128,17 @@ void precision(const PrecisionOptions& options) {
   const auto is_done = [&](const PrecisionCase& c) {
     return std::find(results.begin(), results.end(), c.name()) != results.end();
   };
-  double all = 0, done = 0;
+  double all = 0, done = 0, rate = 0;
   for (const PrecisionCase& c : cases) all += expected_particle_steps(c);
   for (const PrecisionCase& c : cases) {
+    progress.update({done / all, 0, 0, rate, c.name()});
     if (!is_done(c)) {
       results.push_back(measure(c, options.runs, options.case_seconds, signals));
       write_results(folder, results, options.quick);
+      const Solution& solution = results.back().solution;
+      if (solution.seconds > 0) rate = double(solution.particles) * double(solution.steps) / solution.seconds;
     }
     done += expected_particle_steps(c);
-    progress.update({done / all, 0, 0, 0});
     if (signals.requested())
       throw Stopped(fmt::format("stopped after {}. Go on with: anticrack precision -o {} --resume", c.name(),
                                 options.output));
@@ -140,7 +147,7 @@ void precision(const PrecisionOptions& options) {
 #if ANTICRACK_RENDER
   draw_precision_diagrams(results, folder);
 #endif
-  progress.finish({1, 0, 0, 0}, fmt::format("{}: {} cases", options.output, results.size()));
+  progress.finish({1, 0, 0, rate, "all cases"}, fmt::format("{}: {} cases", options.output, results.size()));
   fmt::print("{}", summary(results));
 }
 
@@ -162,7 +169,7 @@ CLI::App* add_precision_command(CLI::App& app) {
       ->capture_default_str();
   command
       ->add_option("--case-seconds", options->case_seconds,
-                   "A case is not run again once its runs have taken so long")
+                   "A case is not run again where its runs would take longer in all")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->add_flag("--quick", options->quick, "Coarse grids only");

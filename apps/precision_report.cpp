@@ -61,7 +61,7 @@ void extrapolate_references(std::span<PrecisionResult> results) {
 }
 
 std::vector<WorkPoint> work_points(std::span<const PrecisionResult> results, const std::string& problem,
-                                   const std::string& measure) {
+                                   const std::string& measure, Cost cost) {
   std::vector<WorkPoint> points;
   for (const PrecisionResult& result : results) {
     if (result.c.problem != problem) continue;
@@ -70,10 +70,14 @@ std::vector<WorkPoint> work_points(std::span<const PrecisionResult> results, con
     double error = found ? error_of(*found) : infinity;
     if (std::isnan(error) && result.failure.empty()) continue;  // nothing to compare with
     if (!(error <= 1)) error = infinity;
-    points.push_back({&result, result.solution.seconds, error, false});
+    const Solution& solution = result.solution;
+    points.push_back(
+        {&result,
+         cost == Cost::seconds ? solution.seconds : double(solution.particles) * double(solution.steps),
+         error, false});
   }
   std::stable_sort(points.begin(), points.end(),
-                   [](const WorkPoint& a, const WorkPoint& b) { return a.seconds < b.seconds; });
+                   [](const WorkPoint& a, const WorkPoint& b) { return a.cost < b.cost; });
   double best = infinity;
   for (WorkPoint& point : points) {
     point.on_front = point.error < best;
@@ -98,14 +102,14 @@ std::optional<double> observed_order(std::span<const WorkPoint> points, const st
   return -(3 * sxy - sx * sy) / (3 * sxx - sx * sx);
 }
 
-std::optional<double> seconds_for(std::span<const WorkPoint> points, double error) {
+std::optional<double> cost_for(std::span<const WorkPoint> points, double error) {
   const WorkPoint* before = nullptr;
   for (const WorkPoint& point : points) {
     if (!point.on_front) continue;
     if (point.error <= error) {
-      if (!before) return point.seconds;
+      if (!before) return point.cost;
       const double t = std::log(before->error / error) / std::log(before->error / point.error);
-      return before->seconds * std::pow(point.seconds / before->seconds, t);
+      return before->cost * std::pow(point.cost / before->cost, t);
     }
     before = &point;
   }
@@ -175,7 +179,7 @@ std::string to_json(std::span<const PrecisionResult> results, bool quick) {
       nlohmann::ordered_json entry{{"problem", problem}, {"measure", measure}};
       if (const auto order = observed_order(points, "")) entry["observed_order"] = *order;
       for (const double error : {0.05, 0.01, 0.001})
-        if (const auto seconds = seconds_for(points, error))
+        if (const auto seconds = cost_for(points, error))
           entry[fmt::format("seconds_for_{:g}", error)] = *seconds;
       json["summary"].push_back(entry);
     }
@@ -220,7 +224,7 @@ std::string summary(std::span<const PrecisionResult> results) {
             (!finest || point.result->c.knobs.cells >= finest->result->c.knobs.cells))
           finest = &point;
       const auto order = observed_order(points, "");
-      const auto seconds = seconds_for(points, 0.01);
+      const auto seconds = cost_for(points, 0.01);
       text += fmt::format(
           "{:<12}{:<14}{:>7}{:>22}{:>13}\n", problem, measure, order ? fmt::format("{:.2f}", *order) : "-",
           finest ? fmt::format("{:.2e} at {} cells", finest->error, finest->result->c.knobs.cells) : "-",
@@ -229,7 +233,7 @@ std::string summary(std::span<const PrecisionResult> results) {
   for (const PrecisionResult& r : results)
     if (!r.failure.empty()) text += fmt::format("failed: {}: {}\n", r.c.name(), r.failure);
   for (const std::string problem : {"void_0.3", "porous"})
-    if (const auto seconds = seconds_for(work_points(results, problem, "K"), 0.01))
+    if (const auto seconds = cost_for(work_points(results, problem, "K"), 0.01))
       text += fmt::format("1 % in K costs {:.2g} s ({}, one thread)\n", *seconds, problem);
   return text;
 }

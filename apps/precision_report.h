@@ -19,12 +19,15 @@ struct PrecisionResult {
   bool operator==(const std::string& name) const { return c.name() == name; }
 };
 
+/// What a solution costs.
+enum class Cost { seconds, particle_steps };
+
 /// A result in a work-precision diagram.
 struct WorkPoint {
   const PrecisionResult* result;
-  double seconds;
+  double cost;
   double error;   ///< relative; infinite where the case failed or misses by more than 100 %
-  bool on_front;  ///< no other point is both faster and more exact
+  bool on_front;  ///< no other point is both cheaper and more exact
 };
 
 /// Relative error of a measure: of a modulus against `exact`, else the value itself.
@@ -35,17 +38,17 @@ double error_of(const Measure& measure);
 /// Leaves it open where the three do not converge.
 void extrapolate_references(std::span<PrecisionResult> results);
 
-/// The results of a problem by one of its measures, fastest first.
+/// The results of a problem by one of its measures, cheapest first.
 std::vector<WorkPoint> work_points(std::span<const PrecisionResult> results, const std::string& problem,
-                                   const std::string& measure);
+                                   const std::string& measure, Cost cost = Cost::seconds);
 
 /// Order p of error ~ cells^-p by least squares over the three finest grids of a variant; nothing where there
 /// are fewer, or one of them failed.
 std::optional<double> observed_order(std::span<const WorkPoint> points, const std::string& variant);
 
-/// Seconds on the front at which the error falls below `error`, between two points of it by the straight line
+/// Cost on the front at which the error falls below `error`, between two points of it by the straight line
 /// through their logarithms; nothing where no point is that exact.
-std::optional<double> seconds_for(std::span<const WorkPoint> points, double error);
+std::optional<double> cost_for(std::span<const WorkPoint> points, double error);
 
 /// Problems, and the measures of each, in the order of the results.
 std::vector<std::pair<std::string, std::vector<std::string>>> problems_and_measures(

@@ -28,8 +28,10 @@ double percent(double fraction) {
 }  // namespace
 
 std::string progress_text(const ProgressState& state, std::optional<double> seconds_left) {
-  std::string text = fmt::format("step {}  strain {:.2f} %  {:.1f} M particle-steps/s", state.step,
-                                 percent(state.strain), state.particle_steps_per_second / 1e6);
+  std::string text = state.of_study.empty()
+                         ? fmt::format("step {}  strain {:.2f} %", state.step, percent(state.strain))
+                         : std::string(state.of_study);
+  text += fmt::format("  {:.1f} M particle-steps/s", state.particle_steps_per_second / 1e6);
   if (seconds_left) text += fmt::format("  {} left", duration_text(*seconds_left));
   return text;
 }
@@ -41,6 +43,7 @@ std::string progress_json(const ProgressState& state, std::optional<double> seco
                                  {"strain", state.strain},
                                  {"particle_steps_per_second", state.particle_steps_per_second},
                                  {"seconds_left", nullptr}};
+  if (!state.of_study.empty()) json["case"] = state.of_study;
   if (seconds_left) json["seconds_left"] = *seconds_left;
   return json.dump();
 }

@@ -60,17 +60,17 @@ Plot logarithmic_plot(const std::string& x_label, const std::string& measure,
   return plot;
 }
 
-/// Error against seconds. Filled points are on the front; a cross at the upper edge is a failure.
-Plot work_diagram(const std::vector<WorkPoint>& points, const std::string& measure) {
-  Plot plot = logarithmic_plot("wall time on one thread [s]", measure, points);
+/// Error against cost. Filled points are on the front; a cross at the upper edge is a failure.
+Plot work_diagram(const std::vector<WorkPoint>& points, const std::string& measure, const char* cost) {
+  Plot plot = logarithmic_plot(cost, measure, points);
   Curve front{"Pareto front, filled", {}, {}};
   front.stroke = Stroke::broad;
   for (const WorkPoint& point : points) {
     if (!point.on_front) continue;
-    front.x.push_back(point.seconds);
+    front.x.push_back(point.cost);
     front.y.push_back(point.error);
   }
-  plot.curves = curves_by_variant(points, [](const WorkPoint& p) { return p.seconds; });
+  plot.curves = curves_by_variant(points, [](const WorkPoint& p) { return p.cost; });
   plot.curves.push_back(front);
   return plot;
 }
@@ -104,7 +104,10 @@ void draw_precision_diagrams(std::span<const PrecisionResult> results, const std
         write_text_atomically(folder / fmt::format("{}_{}_{}.png", problem, measure, kind),
                               draw_plot(plot, DocumentFormat::png, 1400, 840, text));
       };
-      draw(work_diagram(points, measure), "time");
+      draw(work_diagram(points, measure, "wall time on one thread [s]"), "time");
+      draw(work_diagram(work_points(results, problem, measure, Cost::particle_steps), measure,
+                        "particle-steps"),
+           "steps");
       if (observed_order(points, "")) draw(order_diagram(points, measure), "order");
     }
 }

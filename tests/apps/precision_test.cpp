@@ -105,8 +105,8 @@ TEST(PrecisionReport, CostOfAnErrorLiesBetweenThePointsOfTheFront) {
   const std::vector<PrecisionResult> results = {made_up("wave", "", 8, 1, "stress", 0.1),
                                                 made_up("wave", "", 16, 100, "stress", 0.001)};
   const auto points = work_points(results, "wave", "stress");
-  EXPECT_NEAR(seconds_for(points, 0.01).value(), 10, 1e-9);
-  EXPECT_FALSE(seconds_for(points, 1e-4));
+  EXPECT_NEAR(cost_for(points, 0.01).value(), 10, 1e-9);
+  EXPECT_FALSE(cost_for(points, 1e-4));
 }
 
 TEST(PrecisionReport, PorousModulusIsExtrapolatedFromThreeGrids) {

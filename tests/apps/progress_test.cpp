@@ -31,11 +31,13 @@ std::string shown(const ProgressOptions& options) {
 }
 
 TEST(ProgressText, NamesStepStrainSpeedAndTimeLeft) {
-  const ProgressState state = {
+  ProgressState state = {
       .fraction = 0.5, .step = 1200, .strain = 0.0341, .particle_steps_per_second = 42.13e6};
   EXPECT_EQ(progress_text(state, 200.0),
             "step 1200  strain 3.41 %  42.1 M particle-steps/s  3 min 20 s left");
   EXPECT_EQ(progress_text(state, {}), "step 1200  strain 3.41 %  42.1 M particle-steps/s");
+  state.of_study = "wave, 24 cells";
+  EXPECT_EQ(progress_text(state, 5.0), "wave, 24 cells  42.1 M particle-steps/s  5 s left");
 }
 
 TEST(ProgressText, TellsDurationsInTwoUnits) {
