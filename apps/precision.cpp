@@ -129,7 +129,11 @@ void precision(const PrecisionOptions& options) {
     return std::find(results.begin(), results.end(), c.name()) != results.end();
   };
   double all = 0, done = 0, rate = 0;
-  for (const PrecisionCase& c : cases) all += expected_particle_steps(c);
+  const auto cost_of = [&](const PrecisionCase& c) {
+    const double once = expected_seconds(c);
+    return std::max(once, std::min(options.runs * once, options.case_seconds));
+  };
+  for (const PrecisionCase& c : cases) all += cost_of(c);
   for (const PrecisionCase& c : cases) {
     progress.update({done / all, 0, 0, rate, c.name()});
     if (!is_done(c)) {
@@ -138,7 +142,7 @@ void precision(const PrecisionOptions& options) {
       const Solution& solution = results.back().solution;
       if (solution.seconds > 0) rate = double(solution.particles) * double(solution.steps) / solution.seconds;
     }
-    done += expected_particle_steps(c);
+    done += cost_of(c);
     if (signals.requested())
       throw Stopped(fmt::format("stopped after {}. Go on with: anticrack precision -o {} --resume", c.name(),
                                 options.output));

@@ -45,7 +45,7 @@ Solution solve(const PrecisionCase& c);
 /// The whole study; `quick`: the coarse half of it.
 std::vector<PrecisionCase> precision_cases(bool quick);
 
-/// Particle-steps that a case will take, roughly; for progress.
-double expected_particle_steps(const PrecisionCase& c);
+/// What solving a case takes on one thread of a processor of the 2020s, roughly; for progress.
+double expected_seconds(const PrecisionCase& c);
 
 }  // namespace anticrack
