@@ -207,12 +207,14 @@ std::string draw_plot(const Plot& plot, DocumentFormat format, int width, int he
                        std::to_string(curve.y.size()) + " values; expected equally many");
     }
     for (std::size_t i = 0; i < curve.x.size(); ++i) {
+      const bool above = !curve.markers.empty() && curve.y[i] == INFINITY;
+      if (above && axes.x.shows(curve.x[i])) axes.x.include(curve.x[i]);
       if (!axes.shows(curve.x[i], curve.y[i])) continue;
       axes.x.include(curve.x[i]);
       axes.y.include(curve.y[i]);
     }
   }
-  if (!(axes.x.low <= axes.x.high)) throw InputError("nothing to plot: no curve has a finite point");
+  if (!(axes.y.low <= axes.y.high)) throw InputError("nothing to plot: no curve has a finite point");
   axes.x.pad();
   axes.y.pad();
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "blocks.h"
+#include "momentum.h"
 #include "simulation.h"
 
 namespace anticrack {
@@ -19,13 +20,6 @@ SimulationSetup falling_body(BodyAcceleration b) {
           ConfinedCompression{1, false, 1e-30},
           {},
           std::move(b)};
-}
-
-Vec3 momentum_of(const Simulation& s) {
-  Vec3 sum = Vec3::Zero();
-  const Particles& p = s.particles();
-  for (std::size_t i = 0; i < p.count; ++i) sum += s.particle_mass() * Vec3(p.v[0][i], p.v[1][i], p.v[2][i]);
-  return sum;
 }
 
 TEST(BodyForce, ABodyFallsFreelyAndUnstrained) {

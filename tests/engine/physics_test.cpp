@@ -4,6 +4,7 @@
 #include <random>
 
 #include "blocks.h"
+#include "momentum.h"
 #include "observables/observer.h"
 #include "simulation.h"
 #include "time_step.h"
@@ -18,13 +19,6 @@ Material elastic() {
 /// A body far from all walls.
 SimulationSetup free_body(double h) {
   return {Vec3(100, 100, 100) * h, h * h * h, 2 * h, elastic(), ConfinedCompression{1, false, 1e-30}, {}};
-}
-
-Vec3 momentum_of(const Simulation& s) {
-  Vec3 sum = Vec3::Zero();
-  const Particles& p = s.particles();
-  for (std::size_t i = 0; i < p.count; ++i) sum += s.particle_mass() * Vec3(p.v[0][i], p.v[1][i], p.v[2][i]);
-  return sum;
 }
 
 TEST(Physics, MomentumOfAFreeBodyIsKeptToRounding) {
