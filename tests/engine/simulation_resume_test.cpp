@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <filesystem>
@@ -83,6 +84,13 @@ TEST(Simulation, IsBitwiseEqualForOneTwoAndFiveThreadsWithApic) {
   expect_same_bits_for_any_threads(TransferScheme::apic);
 }
 
+/// A file that no test beside this one has.
+std::filesystem::path own_file(const std::string& name) {
+  return std::filesystem::path(testing::TempDir()) /
+         ("anticrack_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + "_" +
+          name + "_" + std::to_string(::getpid()));
+}
+
 void expect_same_bits_after_resuming(TransferScheme transfer) {
   std::vector<Vec3> positions;
   const SimulationSetup setup = crushed(positions, transfer);
@@ -91,7 +99,7 @@ void expect_same_bits_after_resuming(TransferScheme transfer) {
   for (int n = 0; n < 250; ++n) {
     whole.step(n == 249);
     if (n % 60 != 37) continue;  // several instants, so that strays that have just come home are among them
-    files.push_back(std::filesystem::path(testing::TempDir()) / ("anticrack_resume_" + std::to_string(n)));
+    files.push_back(own_file(std::to_string(n)));
     CheckpointWriter writer("scene");
     whole.save(writer);
     writer.write(files.back());
@@ -118,7 +126,7 @@ TEST(Simulation, RefusesACheckpointWithoutTheAffineMotionThatApicNeeds) {
   std::vector<Vec3> positions;
   const SimulationSetup setup = crushed(positions, TransferScheme::pic_flip);
   const Simulation simulation(setup, positions);
-  const auto file = std::filesystem::path(testing::TempDir()) / "anticrack_resume_without_affine";
+  const auto file = own_file("without_affine");
   CheckpointWriter writer("scene");
   simulation.save(writer);
   writer.write(file);
