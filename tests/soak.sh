@@ -1,6 +1,6 @@
 #!/bin/bash
-# Long soak: crushes the quickstart's 2.1e5 particles by 80 %, far past full compaction, on one thread for more than twenty
-# minutes with all outputs, and looks at the memory of the process every five seconds.
+# Long soak: crushes the quickstart's 2.1e5 particles by 80 %, far past full compaction, on one thread with all
+# outputs, and looks at the memory of the process every five seconds. Tens of minutes; fewer on an idle, fast machine.
 #   bash tests/soak.sh [DIR]     exit status 0 if memory stays flat and the energy balance closes
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
