@@ -24,13 +24,14 @@ double sample(const openvdb::FloatGrid::ConstAccessor& voxels, const openvdb::Ve
 
 std::vector<Vec3> seed_particles(const Microstructure& structure, const SampleLattice& lattice) {
   const openvdb::FloatGrid& grid = *structure.surface->grid;
+  const double metres = structure.surface->unit.metres;
   const auto [nx, ny, nz] = lattice.points;
   std::vector<std::vector<Vec3>> slabs(nz);
   tbb::parallel_for(0, nz, [&, nx = nx, ny = ny](int k) {
     const auto voxels = grid.getConstAccessor();
     for (int j = 0; j < ny; ++j) {
       for (int i = 0; i < nx; ++i) {
-        const Vec3 position = lattice.point(i, j, k), world = structure.origin + position;
+        const Vec3 position = lattice.point(i, j, k), world = (structure.origin + position) / metres;
         if (sample(voxels, grid.worldToIndex(openvdb::Vec3d(world[0], world[1], world[2]))) < 0)
           slabs[k].push_back(position);
       }
