@@ -138,5 +138,7 @@ int main(int argc, char** argv) {
     return fail(
         exit_wrong_input,
         "out of memory. Use a smaller sample.resolution; anticrack run --dry-run tells what a scene needs.");
+  } catch (const std::exception& error) {  // of a library, not foreseen
+    return fail(exit_file_error, fmt::format("unexpected error: {}", error.what()));
   }
 }

@@ -26,10 +26,11 @@ void find_solid_points(const Microstructure& structure, const SampleLattice& lat
                        std::span<std::uint8_t> solid) {
   const openvdb::FloatGrid& grid = *structure.surface->grid;
   const auto voxels = grid.getConstAccessor();
+  const double metres = structure.surface->unit.metres;
   std::uint8_t* to = solid.data();
   for (int j = 0; j < lattice.points[1]; ++j)
     for (int i = 0; i < lattice.points[0]; ++i) {
-      const Vec3 world = structure.origin + lattice.point(i, j, k);
+      const Vec3 world = (structure.origin + lattice.point(i, j, k)) / metres;
       *to++ = sample(voxels, grid.worldToIndex(openvdb::Vec3d(world[0], world[1], world[2]))) < 0;
     }
 }

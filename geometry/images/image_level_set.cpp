@@ -157,6 +157,7 @@ Microstructure build_image_level_set(PhaseSlices& slices, double voxel_size, con
 
   SliceWindow window(slices);
   openvdb::FloatGrid::Ptr grid;
+  LengthUnit unit{};
   const int reach = overlap + padding + int(std::ceil(3 * smoothing.sigma));
   for (int z = 0; z < nz; z += thickness) {
     if (watch) watch(double(z) / nz);
@@ -169,7 +170,7 @@ Microstructure build_image_level_set(PhaseSlices& slices, double voxel_size, con
     const PaddedField excess =
         smooth_excess(size, first, last - first, smoothing, [&](int k) { return window[k].data(); });
     const LevelSet slab = build_level_set(excess, result.lattice.spacing);
-    if (!grid) grid = slab.grid->copyWithNewTree();
+    if (!grid) grid = slab.grid->copyWithNewTree(), unit = slab.unit;
     // The first slab holds the band below the box too, the last the band above it.
     move_leaves(slab, z == 0 ? -leaf_edge : z - first, end == nz ? nz - first + leaf_edge : end - first,
                 first, grid->tree());
@@ -178,7 +179,7 @@ Microstructure build_image_level_set(PhaseSlices& slices, double voxel_size, con
     throw InputError(fmt::format("no voxel is solid after downsampling by {}; expected a smaller number",
                                  slices.downsample()));
   openvdb::tools::signedFloodFill(grid->tree());
-  result.surface = std::make_shared<LevelSet>(LevelSet{grid});
+  result.surface = std::make_shared<LevelSet>(LevelSet{grid, unit});
   result.metadata = {{"source", "scan"},
                      {"voxel_size", voxel_size},
                      {"solid", slices.rule()},
