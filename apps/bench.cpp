@@ -223,6 +223,7 @@ void bench_curves(const BenchOptions& options) {
                1e-6 * high->rate.median, high->rate.median / low->rate.median);
 #if ANTICRACK_RENDER
     Plot plot{name == "particles" ? "log_{10} particles" : name, "M particle-steps/s", {}};
+    plot.y_from_zero = true;
     Curve median{"median", {}, {}}, best{"best round", {}, {}};
     for (const CaseResult& r : points) {
       const double x = name == "particles" ? std::log10(r.value) : r.value;

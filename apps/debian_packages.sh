@@ -5,7 +5,7 @@ build_packages=(
   libopenvdb-dev libboost-dev libimath-dev               # sparse grids; Debian forgets that their headers include Boost
   libtbb-dev libeigen3-dev                               # threads, small vectors
   libhwy-dev libdeflate-dev                              # portable SIMD, checksums
-  libtiff-dev libpng-dev                                 # scans, images
+  libtiff-dev libpng-dev zlib1g-dev                      # scans, images
   libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libfmt-dev
   libembree-dev libosmesa6-dev libcairo2-dev libfreetype-dev
 )

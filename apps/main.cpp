@@ -14,7 +14,9 @@
 #include "bench.h"
 #include "errors.h"
 #include "exit_codes.h"
+#include "export.h"
 #include "generate.h"
+#include "import.h"
 #include "info.h"
 #include "io/provenance.h"
 #include "material.h"
@@ -31,6 +33,8 @@ namespace {
 
 void add_commands(CLI::App& app) {
   add_generate_command(app);
+  add_import_command(app);
+  add_export_command(app);
   add_run_command(app);
 #if ANTICRACK_RENDER
   add_render_command(app);
@@ -134,5 +138,7 @@ int main(int argc, char** argv) {
     return fail(
         exit_wrong_input,
         "out of memory. Use a smaller sample.resolution; anticrack run --dry-run tells what a scene needs.");
+  } catch (const std::exception& error) {  // of a library, not foreseen
+    return fail(exit_file_error, fmt::format("unexpected error: {}", error.what()));
   }
 }

@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "images/scan.h"
+#include "images/segmentation.h"
 #include "microstructure_io.h"
-#include "scan.h"
 
 namespace anticrack {
 
@@ -56,9 +57,10 @@ Microstructure load_microstructure(const SampleScene& scene) {
 
 Sample load_sample(const SampleScene& scene) {
   if (const auto* scan = std::get_if<ScanSource>(&scene.microstructure)) {
-    const VoxelImage image = read_voxel_image(scan->file, scan->shape);
-    return from_positions({image.size, scan->voxel_size}, scan_points(image, scan->solid, scan->voxel_size),
-                          {});
+    PhaseSlices slices(open_image(scan->file, {.shape = scan->shape}), scan->file.string(),
+                       {.solid = SolidLabels{scan->solid}});
+    const PhaseImage image = read_phase_image(slices, scan->voxel_size);
+    return from_positions({image.size, image.voxel_size}, scan_points(image), {});
   }
   const Microstructure structure = load_microstructure(scene);
   const SampleLattice lattice = scene.lattice.value_or(structure.lattice);

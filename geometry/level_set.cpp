@@ -89,6 +89,8 @@ std::unique_ptr<Leaf> build_leaf(const CappedSolid& solid, const PaddedField& ex
 
 LevelSet build_level_set(const PaddedField& excess, double spacing) {
   const CappedSolid solid(excess);
+  const LengthUnit unit = length_unit_for(spacing);
+  spacing /= unit.metres;
 
   constexpr int edge = Leaf::DIM;
   Index3 leaves;  // along each axis, from -edge
@@ -112,7 +114,7 @@ LevelSet build_level_set(const PaddedField& excess, double spacing) {
   grid->setTransform(transform);
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
   grid->setName("surface");
-  return {grid};
+  return {grid, unit};
 }
 
 }  // namespace anticrack

@@ -2,6 +2,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include "length_unit.h"
 #include "padded_field.h"
 
 namespace anticrack {
@@ -10,11 +11,12 @@ namespace anticrack {
 /// units that work on the grid see OpenVDB.
 struct LevelSet {
   openvdb::FloatGrid::ConstPtr grid;
+  LengthUnit unit = length_units.front();  ///< of the grid's world space and values
 };
 
-/// Signed distance [m], negative inside, to the solid {excess > 0} within the sample box: half width 3
-/// voxels, voxel (i,j,k) at world `spacing` (i+1/2, j+1/2, k+1/2). The sign at a lattice point is the sign of
-/// `excess` there; a face of the box is an exact plane.
+/// Signed distance [unit], negative inside, to the solid {excess > 0} within the sample box: half width 3
+/// voxels, voxel (i,j,k) at `spacing` (i+1/2, j+1/2, k+1/2), in the unit of `length_unit_for(spacing)`. The
+/// sign at a lattice point is the sign of `excess` there; a face of the box is an exact plane.
 /// @param spacing  [m]
 LevelSet build_level_set(const PaddedField& excess, double spacing);
 

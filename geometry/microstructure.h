@@ -21,13 +21,14 @@ using MetadataValue = std::variant<std::int64_t, double, std::string>;
 /// A solid as a narrow-band signed distance, with the lattice that resolves it and the record of how it was
 /// made. Cheap to copy: the level set is shared and never changes.
 struct Microstructure {
-  /// Grid `surface`: signed distance [m], negative in the solid, half width 3 voxels. In the structures made
-  /// here voxel (i,j,k) lies at lattice point (i,j,k) and the sample box's faces cap the solid.
+  /// Grid `surface`: signed distance in its unit, negative in the solid, half width 3 voxels. In the
+  /// structures made here voxel (i,j,k) lies at lattice point (i,j,k) and the sample box's faces cap the
+  /// solid.
   std::shared_ptr<const LevelSet> surface;
 
   SampleLattice lattice;  ///< resolves the sample box
   Vec3 origin =
-      Vec3::Zero();  ///< lower corner of the sample box in the level set's world space [m]; 0 for our own
+      Vec3::Zero();  ///< lower corner of the sample box in the level set's world space, in [m]; 0 for our own
   std::size_t solid_points = 0;  ///< lattice points in the solid
 
   /// How it was made, by scene key: `source`, `solid_fraction` (asked), `solid_fraction_achieved`, `waves`,

@@ -21,6 +21,7 @@ constexpr const char* points_key = "lattice_points";
 constexpr const char* spacing_key = "lattice_spacing";
 constexpr const char* origin_key = "origin";
 constexpr const char* solid_points_key = "solid_points";
+constexpr const char* unit_key = "length_unit";
 
 // Larger lattices are no samples but wrong numbers; a particle's number has 32 bits.
 constexpr int most_along_an_axis = 1 << 20;
@@ -65,6 +66,7 @@ openvdb::MetaMap to_openvdb(const Microstructure& structure) {
   map.insertMeta(points_key, openvdb::Vec3IMetadata(openvdb::Vec3i(points[0], points[1], points[2])));
   map.insertMeta(spacing_key, openvdb::DoubleMetadata(spacing));
   map.insertMeta(origin_key, openvdb::Vec3DMetadata(openvdb::Vec3d(origin[0], origin[1], origin[2])));
+  map.insertMeta(unit_key, openvdb::StringMetadata(std::string(structure.surface->unit.name)));
   map.insertMeta(solid_points_key, openvdb::Int64Metadata(std::int64_t(structure.solid_points)));
   return map;
 }
@@ -77,6 +79,15 @@ openvdb::FloatGrid::Ptr to_float(const openvdb::GridBase::Ptr& grid) {
   converted->insertMeta(*grid);
   converted->setTransform(grid->transformPtr());
   return converted;
+}
+
+// Of a file that does not say: metres.
+LengthUnit read_length_unit(const openvdb::FloatGrid& grid, const fs::path& file) {
+  const auto name = grid.getMetadata<openvdb::StringMetadata>(unit_key);
+  if (!name) return length_units.front();
+  if (const auto unit = find_length_unit(name->value())) return *unit;
+  throw FileError(fmt::format("{}: grid '{}': length_unit = \"{}\"; expected m, mm, um, nm or pm",
+                              file.string(), grid.getName(), name->value()));
 }
 
 // Lattice, counts and metadata of our own files; false if the grid does not carry them.
@@ -99,7 +110,9 @@ std::map<std::string, MetadataValue> read_metadata(const openvdb::FloatGrid& gri
   std::map<std::string, MetadataValue> result;
   for (auto entry = grid.beginMeta(); entry != grid.endMeta(); ++entry) {
     const auto& [key, value] = *entry;
-    if (key == points_key || key == spacing_key || key == origin_key || key == solid_points_key) continue;
+    if (key == points_key || key == spacing_key || key == origin_key || key == solid_points_key ||
+        key == unit_key)
+      continue;
     if (const auto* integer = dynamic_cast<const openvdb::Int64Metadata*>(value.get()))
       result[key] = integer->value();
     if (const auto* number = dynamic_cast<const openvdb::DoubleMetadata*>(value.get()))
@@ -143,8 +156,9 @@ void infer_sample_box(const openvdb::FloatGrid& grid, const fs::path& file, Micr
       solid.min().asVec3d() - openvdb::Vec3d(0.5), solid.max().asVec3d() + openvdb::Vec3d(0.5)));
   const openvdb::Vec3d voxel = grid.voxelSize();
   const double spacing = grid.hasUniformVoxels() ? voxel[0] : std::cbrt(voxel[0] * voxel[1] * voxel[2]);
-  structure.origin = {box.min()[0], box.min()[1], box.min()[2]};
-  structure.lattice.spacing = spacing;
+  const double metres = structure.surface->unit.metres;
+  structure.origin = metres * Vec3(box.min()[0], box.min()[1], box.min()[2]);
+  structure.lattice.spacing = metres * spacing;
   for (int axis = 0; axis < 3; ++axis) {
     const double points = std::max(1.0, std::round(box.extents()[axis] / spacing));
     if (!(points <= most_along_an_axis))
@@ -171,7 +185,7 @@ Microstructure read_microstructure(const fs::path& file) {
   VdbFile vdb(file);
   const auto grid = to_float(read_level_set(vdb, file));
   Microstructure structure;
-  structure.surface = std::make_shared<LevelSet>(LevelSet{grid});
+  structure.surface = std::make_shared<LevelSet>(LevelSet{grid, read_length_unit(*grid, file)});
   structure.metadata = read_metadata(*grid);
   if (!read_own_metadata(*grid, structure))
     infer_sample_box(*grid, file, structure);

@@ -10,13 +10,14 @@ namespace anticrack {
 SurfaceMesh mesh_surface(const Microstructure& structure) {
   openvdb::tools::VolumeToMesh mesher(0.0);
   mesher(*structure.surface->grid);
+  const auto metres = float(structure.surface->unit.metres);
 
   SurfaceMesh mesh;
   mesh.points.reserve(mesher.pointListSize());
   const Eigen::Vector3f origin = structure.origin.cast<float>();
   for (std::size_t n = 0; n < mesher.pointListSize(); ++n) {
     const openvdb::Vec3s& p = mesher.pointList()[n];
-    mesh.points.push_back(Eigen::Vector3f(p[0], p[1], p[2]) - origin);
+    mesh.points.push_back(metres * Eigen::Vector3f(p[0], p[1], p[2]) - origin);
   }
 
   // OpenVDB's polygons run clockwise seen from outside.

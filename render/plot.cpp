@@ -189,10 +189,8 @@ void draw_legend(Canvas& canvas, const Legend& legend, const Plot& plot, const R
   }
 }
 
-}  // namespace
-
-std::string draw_plot(const Plot& plot, DocumentFormat format, int width, int height,
-                      const TextChunks& text) {
+/// Ranges of both axes from what the curves show. @throws InputError
+Axes axes_of(const Plot& plot) {
   Axes axes;
   axes.x.logarithmic = plot.log_x;
   axes.y.logarithmic = plot.log_y;
@@ -215,11 +213,33 @@ std::string draw_plot(const Plot& plot, DocumentFormat format, int width, int he
     }
   }
   if (!(axes.y.low <= axes.y.high)) throw InputError("nothing to plot: no curve has a finite point");
+  if (plot.y_from_zero) axes.y.include(0);
   axes.x.pad();
   axes.y.pad();
+  return axes;
+}
 
-  Canvas canvas(double(width), double(height), format);
-  const double size = std::clamp(std::min(width / 42.0, height / 28.0), 8.0, 60.0);
+void draw_curves(Canvas& canvas, const Plot& plot, const Axes& axes, double size) {
+  const Rectangle& box = axes.box;
+  canvas.clipped(box.x, box.y, box.width, box.height, [&] {
+    for (const Stroke stroke : {Stroke::broad, Stroke::thin}) {
+      for (std::size_t i = 0; i < plot.curves.size(); ++i) {
+        if (plot.curves[i].stroke != stroke) continue;
+        draw_curve(canvas, plot.curves[i], axes, size, curve_colors[i % std::size(curve_colors)]);
+      }
+    }
+    for (const Slope& slope : plot.slopes) draw_slope(canvas, slope, axes, size);
+  });
+}
+
+double text_size(double width, double height) {
+  return std::clamp(std::min(width / 42.0, height / 28.0), 8.0, 60.0);
+}
+
+/// A whole plot within a rectangle of the canvas.
+void draw_plot(Canvas& canvas, const Plot& plot, const Rectangle& place) {
+  Axes axes = axes_of(plot);
+  const double size = text_size(place.width, place.height);
   const double ascent = canvas.measure("0", size).ascent;
   const Ticks x_ticks = axes.x.ticks(6);
   const Ticks y_ticks = axes.y.ticks(6);
@@ -232,16 +252,18 @@ std::string draw_plot(const Plot& plot, DocumentFormat format, int width, int he
   const double tick = 0.35 * size;
   const double gap = 0.5 * size;
   const double left = std::ceil(gap + 1.2 * size + gap + number_width + gap + tick);
+  const double top = std::ceil(plot.title.empty() ? size : 2.4 * size);
   const double bottom = std::ceil(gap + 1.2 * size + gap + size + gap + tick);
   const Legend legend(canvas, plot, size);
   const double beside = plot.legend_beside && legend.rows > 0 ? legend.width + size : 0;
-  axes.box = {left, std::ceil(size), std::floor(width - left - 1.6 * size - beside),
-              std::floor(height - bottom - size)};
-  if (axes.box.width < 8 * size || axes.box.height < 6 * size) {
-    throw InputError("plot of " + std::to_string(width) + " x " + std::to_string(height) +
+  axes.box = {place.x + left, place.y + top, std::floor(place.width - left - 1.6 * size - beside),
+              std::floor(place.height - bottom - top)};
+  const Rectangle& box = axes.box;
+  if (box.width < 8 * size || box.height < 6 * size) {
+    throw InputError("plot of " + std::to_string(int(place.width)) + " x " +
+                     std::to_string(int(place.height)) +
                      " pixels leaves no room between its labels; expected at least 300 x 200");
   }
-  const Rectangle& box = axes.box;
 
   // Faint grid, then curves, then the frame on top of both.
   for (const double v : x_ticks.values) {
@@ -252,15 +274,7 @@ std::string draw_plot(const Plot& plot, DocumentFormat format, int width, int he
     const double y = axes.place(axes.x.low, v)[1];
     canvas.line(box.x, y, box.x + box.width, y, size / 24, {0.91, 0.91, 0.91});
   }
-  canvas.clipped(box.x, box.y, box.width, box.height, [&] {
-    for (const Stroke stroke : {Stroke::broad, Stroke::thin}) {
-      for (std::size_t i = 0; i < plot.curves.size(); ++i) {
-        if (plot.curves[i].stroke != stroke) continue;
-        draw_curve(canvas, plot.curves[i], axes, size, curve_colors[i % std::size(curve_colors)]);
-      }
-    }
-    for (const Slope& slope : plot.slopes) draw_slope(canvas, slope, axes, size);
-  });
+  draw_curves(canvas, plot, axes, size);
   canvas.frame(box.x, box.y, box.width, box.height, size / 14);
   for (std::size_t i = 0; i < x_ticks.values.size(); ++i) {
     const double x = axes.place(x_ticks.values[i], axes.y.low)[0];
@@ -272,15 +286,55 @@ std::string draw_plot(const Plot& plot, DocumentFormat format, int width, int he
     canvas.line(box.x - tick, y, box.x, y, size / 14);
     canvas.text(box.x - tick - gap, y + 0.36 * size, y_ticks.labels[i], size, 1);
   }
-  canvas.text(box.x + box.width / 2, height - gap - 0.25 * size,
+  if (!plot.title.empty()) canvas.text(box.x, place.y + 1.7 * size, plot.title, 1.1 * size);
+  canvas.text(box.x + box.width / 2, place.y + place.height - gap - 0.25 * size,
               with_exponent(plot.x_label, x_ticks.exponent), 1.1 * size, 0.5);
-  canvas.vertical_text(gap + ascent, box.y + box.height / 2, with_exponent(plot.y_label, y_ticks.exponent),
-                       1.1 * size);
+  canvas.vertical_text(place.x + gap + ascent, box.y + box.height / 2,
+                       with_exponent(plot.y_label, y_ticks.exponent), 1.1 * size);
   if (legend.rows > 0)
     draw_legend(canvas, legend, plot,
                 beside > 0 ? Rectangle{box.x + box.width + size, box.y, legend.width, legend.height}
                            : emptiest_corner(legend, plot, axes, size),
                 size);
+}
+
+void draw_table(Canvas& canvas, const Table& table, const Rectangle& place) {
+  const double size =
+      std::min(text_size(place.width, place.height), (place.height - 4) / (1.5 * double(table.size()) + 2));
+  double y = place.y + 2.4 * size;
+  for (const auto& [name, value] : table) {
+    canvas.text(place.x + size, y, name, size);
+    canvas.text(place.x + place.width - 1.6 * size, y, value, size, 1);
+    canvas.line(place.x + size, y + 0.4 * size, place.x + place.width - 1.6 * size, y + 0.4 * size, size / 24,
+                Canvas::faint);
+    y += 1.5 * size;
+  }
+}
+
+}  // namespace
+
+std::string draw_plot(const Plot& plot, DocumentFormat format, int width, int height,
+                      const TextChunks& text) {
+  Canvas canvas(double(width), double(height), format);
+  draw_plot(canvas, plot, {0, 0, double(width), double(height)});
+  return canvas.document(text);
+}
+
+std::string draw_page(const Page& page, DocumentFormat format, int width, const TextChunks& text) {
+  if (page.columns < 1 || page.cells.empty())
+    throw InputError("page of " + std::to_string(page.cells.size()) + " cells in " +
+                     std::to_string(page.columns) + " columns; expected at least one of each");
+  const double cell_width = double(width) / page.columns, cell_height = std::floor(0.72 * cell_width);
+  const double size = 1.3 * text_size(cell_width, cell_height), title_height = std::ceil(2.4 * size);
+  const int rows = (int(page.cells.size()) + page.columns - 1) / page.columns;
+  Canvas canvas(double(width), title_height + rows * cell_height, format);
+  canvas.text(size, 1.7 * size, page.title, size);
+  for (std::size_t n = 0; n < page.cells.size(); ++n) {
+    const Rectangle place{cell_width * double(n % page.columns),
+                          title_height + cell_height * double(n / page.columns), cell_width, cell_height};
+    if (const auto* plot = std::get_if<Plot>(&page.cells[n])) draw_plot(canvas, *plot, place);
+    if (const auto* table = std::get_if<Table>(&page.cells[n])) draw_table(canvas, *table, place);
+  }
   return canvas.document(text);
 }
 

@@ -88,6 +88,7 @@ std::vector<fs::path> list_checkpoints(const fs::path& folder) {
     const std::string name = entry.path().filename().string();
     if (name.starts_with("checkpoint_") && name.ends_with(".bin")) files.push_back(entry.path());
   }
+  if (error == std::errc::no_such_file_or_directory) return {};
   if (error) throw system_file_error(folder, "cannot be listed", error.value());
   std::ranges::sort(files);
   return files;
@@ -285,7 +286,11 @@ fs::path newest_valid_checkpoint(const fs::path& folder, std::vector<std::string
       damaged.push_back(error.what());
     }
   }
-  throw file_error(folder, files.empty() ? "no checkpoint in it" : "every checkpoint in it is damaged");
+  throw file_error(
+      folder,
+      files.empty()
+          ? "no checkpoint in it; the run was stopped before its first and can only begin anew (--force)"
+          : "every checkpoint in it is damaged");
 }
 
 }  // namespace anticrack

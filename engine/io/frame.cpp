@@ -16,6 +16,7 @@
 #include "errors.h"
 #include "io/frame_file_name.h"
 #include "io/solid_raster.h"
+#include "length_unit.h"
 #include "vdb_file.h"
 
 namespace anticrack {
@@ -33,6 +34,10 @@ constexpr int format_version = 1;
 
 // ---- header <-> metadata of the file
 
+LengthUnit unit_of(const FrameHeader& header) {
+  return length_unit_for(std::min(header.cell_size, header.particle_spacing));
+}
+
 vdb::MetaMap metadata_of(const FrameHeader& header) {
   const auto vector = [](const auto& v) { return vdb::Vec3DMetadata(vdb::Vec3d(v[0], v[1], v[2])); };
   vdb::MetaMap map;
@@ -48,6 +53,7 @@ vdb::MetaMap metadata_of(const FrameHeader& header) {
   map.insertMeta("particle_spacing", vdb::DoubleMetadata(header.particle_spacing));
   map.insertMeta("cell_size", vdb::DoubleMetadata(header.cell_size));
   map.insertMeta("run", vdb::StringMetadata(header.run));
+  map.insertMeta("length_unit", vdb::StringMetadata(std::string(unit_of(header).name)));
   return map;
 }
 
@@ -79,6 +85,14 @@ FrameHeader header_of(const vdb::MetaMap& map) {
   header.cell_size = metadata_value<double>(map, "cell_size");
   header.run = metadata_value<std::string>(map, "run");
   return header;
+}
+
+// Older frames do not say their unit: metres.
+double metres_of(const vdb::MetaMap& map) {
+  if (!map.getMetadata<vdb::StringMetadata>("length_unit")) return 1;
+  const auto name = metadata_value<std::string>(map, "length_unit");
+  if (const auto unit = find_length_unit(name)) return unit->metres;
+  throw FileError("metadata \"length_unit\" is \"" + name + "\"; expected m, mm, um, nm or pm");
 }
 
 // ---- what a frame must be
@@ -232,7 +246,8 @@ points::PointDataGrid::Ptr make_point_grid(const Frame& frame, const std::vector
 
   const auto grid = points::PointDataGrid::create();
   grid->setName("particles");
-  grid->setTransform(vdb::math::Transform::createLinearTransform(frame.header.cell_size));
+  grid->setTransform(
+      vdb::math::Transform::createLinearTransform(frame.header.cell_size / unit_of(frame.header).metres));
   for (auto& leaf : leaves) grid->tree().addLeaf(leaf.release());
   return grid;
 }
@@ -269,8 +284,9 @@ void add_float_grids(vdb::GridCPtrVec& grids, const Frame& frame, const std::vec
   }
   const double spacing = frame.header.particle_spacing;
   const SolidRaster raster = rasterize_solid(position, kappa, spacing);
-  grids.push_back(make_float_grid("solid", raster, raster.solid, spacing));
-  if (!kappa.empty()) grids.push_back(make_float_grid("kappa", raster, raster.kappa, spacing));
+  grids.push_back(make_float_grid("solid", raster, raster.solid, spacing / unit_of(frame.header).metres));
+  if (!kappa.empty())
+    grids.push_back(make_float_grid("kappa", raster, raster.kappa, spacing / unit_of(frame.header).metres));
 }
 
 // ---- point grid -> particles
@@ -299,7 +315,7 @@ void read_attribute(const std::vector<const PointLeaf*>& leaves, const std::vect
 }
 
 void read_positions(const std::vector<const PointLeaf*>& leaves, const std::vector<std::size_t>& begin,
-                    const vdb::math::Transform& transform, Frame& frame) {
+                    const vdb::math::Transform& transform, double metres, Frame& frame) {
   for (const PointLeaf* leaf : leaves) attribute_of<vdb::Vec3f>(*leaf, "P");
   frame.position.resize(begin.back());
   tbb::parallel_for(std::size_t(0), leaves.size(), [&](std::size_t l) {
@@ -307,7 +323,8 @@ void read_positions(const std::vector<const PointLeaf*>& leaves, const std::vect
     for (auto voxel = leaves[l]->cbeginValueOn(); voxel; ++voxel) {
       const auto particles = leaves[l]->beginIndexVoxel(voxel.getCoord());
       for (auto i = particles; i; ++i) {
-        const vdb::Vec3d x = transform.indexToWorld(voxel.getCoord().asVec3d() + vdb::Vec3d(handle.get(*i)));
+        const vdb::Vec3d x =
+            metres * transform.indexToWorld(voxel.getCoord().asVec3d() + vdb::Vec3d(handle.get(*i)));
         frame.position[begin[l] + *i] = {float(x[0]), float(x[1]), float(x[2])};
       }
     }
@@ -327,7 +344,7 @@ Frame frame_of(const points::PointDataGrid& grid, const vdb::MetaMap& metadata) 
   }
   if (leaves.empty()) return frame;
 
-  read_positions(leaves, begin, grid.transform(), frame);
+  read_positions(leaves, begin, grid.transform(), metres_of(metadata), frame);
   read_attribute<std::int32_t>(leaves, begin, "id", frame.id,
                                [](std::int32_t id) { return std::uint32_t(id); });
   const auto has = [&](const char* name) { return leaves.front()->hasAttribute(name); };

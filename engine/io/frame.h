@@ -39,7 +39,8 @@ struct Frame {
 };
 
 /// Writes `frame_NNNN.vdb` (point grid `particles` with named attributes; float grids `solid` and `kappa` for
-/// programs that show volumes only) into `folder`, each file under a temporary name first.
+/// programs that show volumes only; world space in the metadata's `length_unit`, all else in SI units) into
+/// `folder`, each file under a temporary name first.
 /// @throws FileError
 std::filesystem::path write_frame(const Frame& frame, const std::filesystem::path& folder);
 

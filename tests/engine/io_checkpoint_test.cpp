@@ -247,8 +247,11 @@ TEST_F(Checkpoint, FolderWithoutCheckpointsIsAnError) {
   std::vector<std::string> damaged;
   EXPECT_PRED_FORMAT2(testing::IsSubstring, "no checkpoint",
                       file_error_of([&] { newest_valid_checkpoint(folder, damaged); }));
-  EXPECT_PRED_FORMAT2(testing::IsSubstring, "cannot be listed",
+  EXPECT_PRED_FORMAT2(testing::IsSubstring, "no checkpoint in it; the run was stopped before its first",
                       file_error_of([&] { newest_valid_checkpoint(folder / "none", damaged); }));
+  put_file(folder / "file", "");
+  EXPECT_PRED_FORMAT2(testing::IsSubstring, "cannot be listed",
+                      file_error_of([&] { newest_valid_checkpoint(folder / "file", damaged); }));
 }
 
 }  // namespace

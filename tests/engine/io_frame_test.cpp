@@ -79,6 +79,24 @@ TEST_F(FrameFile, ReadsBackWhatWasWritten) {
     }
 }
 
+// OpenVDB itself refuses voxels below 1.4e-5.
+TEST_F(FrameFile, OfASampleOfAnySizeReadsBackInMetres) {
+  for (const double spacing : {1e-4, 5.345e-6, 1e-9}) {
+    Frame written = sample_frame(9, spacing);
+    for (std::size_t i = 0; i < written.position.size(); ++i)
+      for (int axis = 0; axis < 3; ++axis)
+        written.position[i][axis] = float(spacing * (1.37 * double(i % 11) + 0.61 * axis));
+    Frame read = read_frame(write_frame(written, folder));
+    sort_by_id(read);
+    expect_same_but_position(read, written);
+    for (std::size_t i = 0; i < read.id.size(); ++i)
+      for (int axis = 0; axis < 3; ++axis) {
+        const float x = written.position[i][axis];
+        EXPECT_NEAR(read.position[i][axis], x, 6e-8 * std::abs(x) + 3e-8 * written.header.cell_size);
+      }
+  }
+}
+
 TEST_F(FrameFile, ElasticRunHasNoKappa) {
   Frame written = sample_frame(5);
   written.kappa.clear();

@@ -84,6 +84,35 @@ TEST_F(MicrostructureFile, RoundTripKeepsEverything) {
   EXPECT_EQ(files, 1u);  // no temporary is left
 }
 
+// OpenVDB itself refuses voxels below 1.4e-5; the lattice must come back to the last bit nevertheless.
+TEST_F(MicrostructureFile, OfAnySizeIsStoredInAUnitThatFitsAndReadInMetres) {
+  const auto points_of = [&](double spacing) {
+    const Microstructure written =
+        generate_microstructure({{20, 24, 18}, spacing}, {200, 2, 50, 7}, 0.4, ThresholdRule::exact);
+    write_microstructure(written, path("s.vdb"));
+    const Microstructure read = read_microstructure(path("s.vdb"));
+    EXPECT_EQ(read.lattice.spacing, spacing);
+    EXPECT_EQ(read.surface->unit.name, length_unit_for(spacing).name);
+    const double voxel = read.surface->grid->voxelSize()[0] * read.surface->unit.metres;
+    EXPECT_NEAR(voxel, spacing, 4e-16 * spacing);  // two roundings
+    return seed_particles(read, read.lattice);
+  };
+  const auto in_metres = points_of(1);
+  for (const double spacing : {0x1p-13, 0x1p-20, 0x1p-30, 0x1p-36}) {
+    const auto points = points_of(spacing);
+    ASSERT_EQ(points.size(), in_metres.size()) << spacing;
+    for (std::size_t n = 0; n < points.size(); ++n) ASSERT_EQ(points[n], spacing * in_metres[n]);
+  }
+}
+
+TEST_F(MicrostructureFile, OfAnUnknownUnitIsRefused) {
+  const auto grid = sphere<openvdb::FloatGrid>("surface");
+  grid->insertMeta("length_unit", openvdb::StringMetadata("furlong"));
+  EXPECT_EQ(error_of(write("furlong.vdb", {grid})),
+            path("furlong.vdb").string() +
+                ": grid 'surface': length_unit = \"furlong\"; expected m, mm, um, nm or pm");
+}
+
 TEST_F(MicrostructureFile, MetadataIsInTheHeaderOfTheFileToo) {
   write_microstructure(small_structure(), path("s.vdb"));
   openvdb::io::File file(path("s.vdb").string());

@@ -115,6 +115,42 @@ TEST(Plot, MarksEveryPointAndTellsFilledFromHollow) {
   EXPECT_GT(with(Marker::filled), with(Marker::hollow) + 20);
 }
 
+TEST(Plot, MayStartAtZero) {
+  // y = 100 ... 101: with the zero, the curve lies in the upper tenth of the frame, else all over it.
+  Plot plot{"x", "y", {{"", {0, 1}, {100, 101}}}};
+  const auto lowest_dark_row = [&] {
+    const Image image = decode_png(draw_plot(plot, DocumentFormat::png, 900, 600));
+    int lowest = 0;
+    for (int row = 40; row < 500; ++row)
+      for (int column = 200; column < 850; ++column)
+        if (image.at(column, row)[0] < 60) lowest = row;
+    return lowest;
+  };
+  EXPECT_GT(lowest_dark_row(), 350);
+  plot.y_from_zero = true;
+  EXPECT_LT(lowest_dark_row(), 100);
+}
+
+TEST(Page, FillsEachOfItsCells) {
+  const Page page{"A page", {Table{{"solid fraction", "0.8"}, {"pores", "0.2"}}, example(), example()}, 2};
+  const Image image = decode_png(draw_page(page, DocumentFormat::png, 1200));
+  EXPECT_EQ(image.width, 1200);
+  const int title = image.height - 2 * 432;  // cells are 600 wide and 432 high
+  ASSERT_GT(title, 20);
+  const auto dark = [&](int x, int y, int width, int height) {
+    int count = 0;
+    for (int row = y; row < y + height; ++row)
+      for (int column = x; column < x + width; ++column) count += image.at(column, row)[0] < 100;
+    return count;
+  };
+  EXPECT_GT(dark(0, 0, 600, title), 50);
+  EXPECT_GT(dark(0, title, 600, 432), 50);
+  EXPECT_GT(dark(600, title, 600, 432), 500);
+  EXPECT_GT(dark(0, title + 432, 600, 432), 500);
+  EXPECT_EQ(dark(600, title + 432, 600, 432), 0);
+  EXPECT_ERROR(draw_page({"", {}, 2}, DocumentFormat::png), InputError, "page of 0 cells in 2 columns");
+}
+
 TEST(Plot, RefusesNothing) {
   EXPECT_ERROR(draw_plot({"x", "y", {}}, DocumentFormat::png), InputError,
                "nothing to plot: no curve has a finite point");

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "images/segmentation.h"
+#include "progress.h"
+#include "stop_signal.h"
+
+namespace CLI {
+class App;
+}
+
+namespace anticrack {
+
+/// How to take an image from disk: what every subcommand that reads scans offers.
+struct ImageOptions {
+  std::string voxel_size, shape, type = "uint8", byte_order = "little", solid, threshold, crop;
+  int downsample = 1;
+};
+
+/// --voxel-size, --shape, --type, --byte-order, --solid, --threshold, --crop, --downsample
+void add_image_options(CLI::App& command, ImageOptions& options);
+
+/// [m]. @throws InputError  missing, no length, or not positive
+double parse_voxel_size(const ImageOptions& options);
+RawLayout parse_raw_layout(const ImageOptions& options);       ///< @throws InputError
+Segmentation parse_segmentation(const ImageOptions& options);  ///< @throws InputError
+
+/// Shows progress through an image and ends the work on Ctrl-C or SIGTERM.
+class ImageProgress {
+ public:
+  explicit ImageProgress(const ProgressOptions& options);
+
+  /// For a piece of work on so many voxels, from one share of the whole to another.
+  /// The watch throws Stopped once a signal has come.
+  Watch watch(std::string what, double voxels, double from, double to);
+  void message(std::string_view text) { progress_.message(text); }
+
+ private:
+  StopOnSignal signals_;
+  Progress progress_;
+};
+
+/// An image as solid and pore, as the options say. @throws InputError, FileError
+PhaseSlices open_phase_slices(const std::string& file, const ImageOptions& options, const Watch& watch);
+
+/// Refuses what takes more memory than the machine has. @throws InputError  "FILE: WHAT needs about ..."
+void check_memory(const std::string& file, const Index3& size, double bytes);
+
+}  // namespace anticrack
