@@ -151,6 +151,8 @@ void measure_surfaces(const MeasuredSample& sample, Characterization& result) {
 }
 
 void measure_thickness(const MeasuredSample& sample, Characterization& result) {
+  const double phi = solid_fraction_of(sample.image);
+  if (phi == 0 || phi == 1) return;  // no ball is bounded
   for (const auto& [phase, name] : {std::pair{Phase::pore, "pore"}, {Phase::solid, "solid"}}) {
     const ThicknessDistribution sizes = thickness_distribution(sample.image, phase);
     const std::string text = fmt::format(
@@ -178,9 +180,9 @@ void measure_thickness(const MeasuredSample& sample, Characterization& result) {
 
 void measure_representative_volume(const MeasuredSample& sample, Characterization& result) {
   const std::vector<int> edges = sub_box_edges(sample.image);
-  if (edges.size() < 2) return;
-  const std::vector<SubBoxStatistics> boxes = sub_box_solid_fractions(sample.image, edges);
   const double phi = solid_fraction_of(sample.image), h = sample.image.voxel_size;
+  if (edges.size() < 2 || phi == 0 || phi == 1) return;
+  const std::vector<SubBoxStatistics> boxes = sub_box_solid_fractions(sample.image, edges);
   MeasuredCurve curve{"representative_volume",
                       "edge",
                       "m",
