@@ -107,8 +107,11 @@ MinkowskiDensities minkowski_densities(const FieldTheory& theory) {
 }
 
 double integral_range(const FieldTheory& theory) {
-  // Simpson's rule in steps of a fortieth of the mean wavelength; the correlation falls faster than any power
-  // that matters beyond (b + 1) radii, but broad spectra (small b) have tails r^-(b+1).
+  if (!(theory.spectrum.heterogeneity > 2))
+    throw InputError(
+        fmt::format("integral range: heterogeneity b = {:g}; expected b > 2, below which correlations "
+                    "have no integral",
+                    theory.spectrum.heterogeneity));
   const double phi = theory.solid_fraction, step = 2 * pi / theory.spectrum.mean_wave_number / 40;
   constexpr int intervals = 40000;
   double sum = 0;

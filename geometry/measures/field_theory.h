@@ -62,12 +62,15 @@ struct MinkowskiDensities {
 /// e^(-s^2/2) / sqrt(2 pi), Euler number l^(3/2) (s^2-1) e^(-s^2/2) / (4 pi^2) (Adler 1981; Tomita 1986). The
 /// surfaces of a two-cut add up; intersections and unions follow from the principal kinematic formula
 /// (Schneider & Weil 2008).
+/// Open and closed cells have sharp edges, at which voxels and meshes do not converge to curvature and Euler
+/// number.
 /// @throws InputError  if the solid fraction is not in (0, 1)
 MinkowskiDensities minkowski_densities(const FieldTheory& theory);
 
-/// Integral range A_3 [m^3]: the integral of (S2 - phi^2) / (phi - phi^2) over space. The solid fraction of a
-/// large volume V has the variance phi (1 - phi) A_3 / V (Lantuejoul 1991; Kanit et al. 2003).
-/// @throws InputError  if the solid fraction is not in (0, 1)
+/// Integral range A_3 [m^3]: the integral of (S2 - phi^2) / (phi - phi^2) over space, by Simpson's rule out
+/// to 1000 wavelengths. The solid fraction of a large volume V has the variance phi (1 - phi) A_3 / V
+/// (Lantuejoul 1991; Kanit et al. 2003).
+/// @throws InputError  if the solid fraction is not in (0, 1), or b <= 2: the integral diverges
 double integral_range(const FieldTheory& theory);
 
 /// Variance of the solid fraction of a cube of `edge`^3 lattice points of spacing `voxel_size` [m], exact for

@@ -1,5 +1,6 @@
 #include "measures/local_thickness.h"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -101,8 +102,9 @@ void paint_disc(const PhaseImage& image, const Ball& ball, int dz, std::int32_t*
 void require_both_phases(const PhaseImage& image) {
   const auto solid = std::ranges::count(image.solid, std::uint8_t(1));
   if (solid == 0 || std::size_t(solid) == image.count())
-    throw InputError(std::string("local thickness: the image has no ") + (solid == 0 ? "solid" : "pore") +
-                     " voxel; expected both phases, which bound each other's balls");
+    throw InputError(fmt::format(
+        "local thickness: the image has no {} voxel; expected both phases, which bound each other's balls",
+        solid == 0 ? "solid" : "pore"));
 }
 
 }  // namespace

@@ -94,11 +94,12 @@ RepresentativeVolume fit_representative_volume(std::span<const SubBoxStatistics>
                                                bool free_exponent) {
   // Straight line through log variance over log volume. The logarithm of a variance of n values scatters by
   // sqrt(2 / (n - 1)).
-  double weights = 0, x_sum = 0, y_sum = 0, xx_sum = 0, xy_sum = 0;
-  int usable = 0;
-  const auto smallest = std::ranges::min_element(curve, {}, &SubBoxStatistics::edge);
+  int largest = 0;
+  for (const SubBoxStatistics& point : curve) largest = std::max(largest, point.edge);
+  double weights = 0, x_sum = 0, y_sum = 0, xx_sum = 0, xy_sum = 0, mean = 0;
+  int usable = 0, smallest = largest;
   for (const SubBoxStatistics& point : curve) {
-    if (!(point.standard_deviation > 0)) continue;
+    if (!(point.standard_deviation > 0) || point.edge < largest / 3) continue;
     const double x = 3 * std::log(point.edge * voxel_size), y = 2 * std::log(point.standard_deviation);
     const auto weight = double(point.boxes - 1);
     ++usable;
@@ -107,17 +108,21 @@ RepresentativeVolume fit_representative_volume(std::span<const SubBoxStatistics>
     y_sum += weight * y;
     xx_sum += weight * x * x;
     xy_sum += weight * x * y;
+    if (point.edge <= smallest) {
+      smallest = point.edge;
+      mean = point.mean;
+    }
   }
   const int needed = free_exponent ? 2 : 1;
   if (usable < needed)
-    throw InputError(
-        fmt::format("representative volume: {} edges of sub-boxes between which the measure varies; "
-                    "expected at least {}",
-                    usable, needed));
+    throw InputError(fmt::format(
+        "representative volume: {} edges of sub-boxes, down to {} voxels, between which the measure "
+        "varies; expected at least {}",
+        usable, largest / 3, needed));
   const double x_mean = x_sum / weights, y_mean = y_sum / weights;
   const double slope =
       free_exponent ? (xy_sum / weights - x_mean * y_mean) / (xx_sum / weights - x_mean * x_mean) : -1;
-  return {.mean = smallest->mean, .scale = std::exp(y_mean - slope * x_mean), .exponent = -slope};
+  return {.mean = mean, .scale = std::exp(y_mean - slope * x_mean), .exponent = -slope};
 }
 
 }  // namespace anticrack

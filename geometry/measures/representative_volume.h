@@ -30,12 +30,13 @@ std::vector<SubBoxStatistics> sub_box_solid_fractions(const PhaseImage& image, s
 std::vector<SubBoxStatistics> sub_box_measure(const PhaseImage& image, std::span<const int> edges,
                                               const std::function<double(const PhaseImage&)>& measure);
 
-/// variance(V) = scale V^-exponent, fitted to the logarithms, each edge weighed by its number of cubes less
+/// variance(V) = scale V^-exponent, fitted to the logarithms over the edges from the largest to a third of it
+/// (N/2 to N/6: smaller cubes are not large against the structure), each weighed by its number of cubes less
 /// one. With the exponent 1, scale is the point variance times the integral range: A_3 = scale / (phi (1 -
 /// phi)) for the solid fraction (Lantuejoul 1991; Kanit et al. 2003, section 5; with an exponent:
 /// Dirrenberger et al. 2014).
 struct RepresentativeVolume {
-  double mean;      ///< of the whole sample's cubes: that of the smallest edge, unit of the measure
+  double mean;      ///< over the cubes of the smallest edge fitted; unit of the measure
   double scale;     ///< [unit^2 m^(3 exponent)]
   double exponent;  ///< [-]; 1 for volumes large against the structure
 

@@ -140,6 +140,21 @@ TEST(FieldTheory, ExchangedPhasesHaveTheSameSurfaceAndEulerNumber) {
   EXPECT_NEAR(minkowski_densities({FieldCut::single, 0.5, spectrum_of(50)}).mean_curvature, 0, 1e-10);
 }
 
+TEST(FieldTheory, UnionsAndIntersectionsObeyInclusionAndExclusion) {
+  for (double p : {0.2, 0.55, 0.8}) {  // of one sheet
+    const auto one = minkowski_densities({FieldCut::two_cut, p, spectrum_of(50)});
+    const auto both = minkowski_densities({FieldCut::open_cell, p * p, spectrum_of(50)});
+    const auto any = minkowski_densities({FieldCut::closed_cell, 1 - (1 - p) * (1 - p), spectrum_of(50)});
+    EXPECT_NEAR(both.surface + any.surface, 2 * one.surface, 1e-9 * one.surface);
+    EXPECT_NEAR(both.mean_curvature + any.mean_curvature, 2 * one.mean_curvature,
+                1e-9 * one.surface * one.surface);
+    EXPECT_NEAR(both.euler + any.euler, 2 * one.euler, 1e-9 * std::abs(one.euler));
+    // The edges of the intersection: pi/4 S_V^2 of length a volume, turning by a right angle in the mean.
+    const double edges = 0.5 * (pi / 4 * one.surface * one.surface) * (pi / 2);
+    EXPECT_NEAR(both.mean_curvature, 2 * p * one.mean_curvature + edges, 1e-9 * edges);
+  }
+}
+
 TEST(FieldTheory, VarianceOfManyPointsFollowsTheIntegralRange) {
   // The faces and edges of a cube lose pairs, which are terms in 1/edge and 1/edge^2: three edges remove
   // them. The lattice adds the tail of the spectrum, 2 pi S_V / k^4 at 18 wave vectors k >= 2 pi 120 / m: 0.3
@@ -158,6 +173,7 @@ TEST(FieldTheory, RefusesSolidFractionsWithoutAThreshold) {
                "solid fraction = 1; expected 0 < solid fraction < 1");
   EXPECT_ERROR(two_point_probability({FieldCut::single, 0, spectrum_of(50)}, 1), InputError,
                "solid fraction = 0;");
+  EXPECT_ERROR(integral_range({FieldCut::single, 0.5, spectrum_of(2)}), InputError, "b = 2; expected b > 2");
   EXPECT_ERROR(solid_fraction_variance({FieldCut::single, 0.5, spectrum_of(50)}, 0, 1), InputError,
                "edge = 0");
 }
