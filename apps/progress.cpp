@@ -31,7 +31,8 @@ std::string progress_text(const ProgressState& state, std::optional<double> seco
   std::string text = state.of_study.empty()
                          ? fmt::format("step {}  strain {:.2f} %", state.step, percent(state.strain))
                          : std::string(state.of_study);
-  text += fmt::format("  {:.1f} M particle-steps/s", state.particle_steps_per_second / 1e6);
+  if (state.of_study.empty() || state.particle_steps_per_second > 0)
+    text += fmt::format("  {:.1f} M particle-steps/s", state.particle_steps_per_second / 1e6);
   if (seconds_left) text += fmt::format("  {} left", duration_text(*seconds_left));
   return text;
 }
