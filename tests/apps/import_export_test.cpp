@@ -4,7 +4,7 @@
 
 #include "geometry/image_files.h"
 #include "images/scan.h"
-#include "images/write_image.h"
+#include "images/segmentation.h"
 #include "microstructure_io.h"
 #include "running_command.h"
 #include "temporary_folder.h"
