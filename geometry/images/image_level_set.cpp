@@ -188,6 +188,7 @@ Microstructure build_image_level_set(PhaseSlices& slices, double voxel_size, con
     throw InputError(fmt::format("no voxel is solid after downsampling by {}; expected a smaller number",
                                  slices.downsample()));
   openvdb::tools::signedFloodFill(grid->tree());
+  if (watch) watch(1);
   result.surface = std::make_shared<LevelSet>(LevelSet{grid, unit});
   result.metadata = {{"source", "scan"},
                      {"voxel_size", voxel_size},

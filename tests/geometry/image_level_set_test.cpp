@@ -181,8 +181,8 @@ TEST(ImageLevelSet, MeshesToTheVolumeOfTheBallThatWasVoxelized) {
   Microstructure exact = imported;
   exact.surface = std::make_shared<LevelSet>(build_level_set(excess, 1e-3));
 
-  // A surface shifted by its mean error of the table above, 0.024 voxel at radius 10.
-  EXPECT_NEAR(volume_of_mesh(imported) / volume_of_mesh(exact), 1.0, 3 * 0.024 / radius);
+  // The surface's mean shift is at most the rms error of the table above, 0.098 voxel at radius 10.
+  EXPECT_NEAR(volume_of_mesh(imported) / volume_of_mesh(exact), 1.0, 3 * 0.098 / radius);
 }
 
 TEST(ImageLevelSet, BuiltBySlabsIsThatOfOnePiece) {
