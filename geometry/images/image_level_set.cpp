@@ -1,4 +1,4 @@
-#include "image_level_set.h"
+#include "images/image_level_set.h"
 
 #include <fmt/format.h>
 #include <openvdb/tools/SignedFloodFill.h>

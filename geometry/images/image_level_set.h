@@ -2,9 +2,9 @@
 
 #include <cstdint>
 
+#include "images/segmentation.h"
 #include "microstructure.h"
 #include "padded_field.h"
-#include "segmentation.h"
 
 namespace anticrack {
 

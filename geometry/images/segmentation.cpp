@@ -1,4 +1,4 @@
-#include "segmentation.h"
+#include "images/segmentation.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -9,8 +9,8 @@
 #include <variant>
 #include <vector>
 
+#include "images/slice_reader.h"
 #include "measures/phase_image.h"
-#include "slice_reader.h"
 
 namespace anticrack {
 

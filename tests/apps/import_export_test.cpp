@@ -7,6 +7,8 @@
 #include "images/segmentation.h"
 #include "microstructure_io.h"
 #include "running_command.h"
+#include "sample.h"
+#include "scene.h"
 #include "temporary_folder.h"
 
 namespace anticrack {
@@ -96,6 +98,24 @@ TEST_F(ImportExport, ExportsWhatWasImportedToTheVoxel) {
         two(folder.path() / ("c" + name), std::ios::binary);
     EXPECT_TRUE(std::equal(std::istreambuf_iterator<char>(one), {}, std::istreambuf_iterator<char>(two), {}))
         << name;
+  }
+}
+
+// One particle a solid voxel, from whatever format.
+TEST_F(ImportExport, AScenesScanMayHaveAnyFormat) {
+  folder.write("ball.tif", tiff_bytes(grey_ball(12), 8, true));
+  const auto positions_of = [&](const std::string& name, const std::string& solid) {
+    const fs::path scene =
+        folder.write("scan.toml", "[microstructure]\nsource = \"scan\"\nfile = \"" + name +
+                                      "\"\nvoxel_size = \"5 um\"\nsolid = " + solid + "\n");
+    return load_sample(read_sample_scene(scene, {})).positions;
+  };
+  const std::vector<Vec3> expected = positions_of("ball.tif", "[120, 200]");
+  ASSERT_GT(expected.size(), 100u);
+  for (const std::string name : {"b.tif", "b.nrrd", "b.mha", "c.mhd", "b.npy", "slices/"}) {
+    ASSERT_EQ(command("export ball.tif -o " + name + " --voxel-size '5 um' --solid 120,200").status, 0)
+        << name;
+    EXPECT_EQ(positions_of(name, "[255]"), expected) << name;
   }
 }
 

@@ -129,6 +129,31 @@ TEST_F(ImageReader, ReadsTiffPagesOfEitherByteOrderAndDepth) {
     }
 }
 
+// One page that names three slices, which follow its pixels.
+TEST_F(ImageReader, ReadsImageJStacksOfASinglePage) {
+  const Labels expected = numbered({5, 4, 3}, 700);
+  const std::string description = std::string("ImageJ=1.53t\nimages=3\nslices=3\n") + '\0';
+  for (const bool big_endian : {false, true}) {
+    std::string file = big_endian ? "MM" : "II";
+    const auto number = [&](std::uint64_t value, int bytes) { file += bytes_of(value, bytes, big_endian); };
+    const auto entry = [&](int tag, int type, std::uint64_t count, std::uint64_t value) {
+      number(std::uint64_t(tag), 2), number(std::uint64_t(type), 2), number(count, 4),
+          number(value, type == 3 ? 2 : 4);
+      if (type == 3) number(0, 2);
+    };
+    const std::uint64_t behind = 8 + 2 + 10 * 12 + 4;
+    number(42, 2), number(8, 4), number(10, 2);
+    entry(256, 4, 1, 5), entry(257, 4, 1, 4), entry(258, 3, 1, 16), entry(259, 3, 1, 1), entry(262, 3, 1, 1);
+    entry(270, 2, description.size(), behind), entry(273, 4, 1, behind + description.size()),
+        entry(277, 3, 1, 1);
+    entry(278, 4, 1, 4), entry(279, 4, 1, 40), number(0, 4);
+    file += description + voxel_bytes(expected, 2, big_endian);
+    expect_equal(read_all(write("imagej.tif", file)), expected, big_endian ? "big" : "little");
+    EXPECT_ERROR(open_image(write("cut.tif", file.substr(0, file.size() - 1))), FileError,
+                 "cut.tif: 119 bytes of voxels; shape");
+  }
+}
+
 // Those that Debian's libtiff writes without loss for grey values.
 TEST_F(ImageReader, ReadsEveryTiffCompressionInStripsAndTiles) {
   for (const int compression :
