@@ -43,7 +43,7 @@ std::string draw(const FigurePart& part) {
 #endif
 
 void make_figure(const FigureOptions& options) {
-  const auto make = options.figure == "b14" ? figure_b14 : figure_b15;
+  const auto make = options.figure == "b14" ? figure_b14 : options.figure == "b15" ? figure_b15 : figure_b16;
   const FolderLock lock =
       prepare_output_folder(options.output, options.force ? ExistingFolder::replace : ExistingFolder::refuse);
   const ThreadLimit limit(thread_count(options));

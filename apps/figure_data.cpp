@@ -7,8 +7,9 @@
 #include <cmath>
 
 #include "gaussian_random_field.h"
+#include "measures/clusters.h"
 #include "measures/field_theory.h"
-#include "measures/surface_measures.h"
+#include "measures/geodesic.h"
 #include "measures/two_point_correlation.h"
 
 namespace anticrack {
@@ -179,6 +180,50 @@ std::vector<FigurePart> figure_b15(const FigureSamples& samples, const FigureWat
   FigurePart b{"b15b", "Specific surface, solid fraction 0.34", "lattice points along a side", "SSA L",
                by_resolution.curves()};
   b.curves.push_back(exact("theory", resolutions, [](double) { return ssa(theory(phi)); }));
+  return {a, b};
+}
+
+std::vector<FigurePart> figure_b16(const FigureSamples& samples, const FigureWatch& watch) {
+  const std::vector<double> fractions = {0.14, 0.15, 0.16, 0.18, 0.20, 0.25,
+                                         0.30, 0.34, 0.44, 0.54, 0.70, 0.80};
+  const double all = double(fractions.size()) * samples.realizations;
+  int done = 0;
+  Average percolating, spanning;
+  std::array<Average, 4> tortuosity;  // pore by steps, solid by steps, both again by fast marching
+  std::array<std::size_t, 4> points{};
+  for (std::size_t n = 0; n < fractions.size(); ++n) {
+    std::array<bool, 4> percolates{};
+    for (int realization = 0; realization < samples.realizations; ++realization) {
+      watch(done++ / all);
+      const PhaseImage image =
+          CubeField(samples, samples.resolution, paper_heterogeneity, realization).cut(fractions[n]);
+      const Clusters solid = find_clusters(image, Phase::solid, Connectivity::faces);
+      const auto voxels = solid.spanning_voxels(SpanningRule::six_faces);
+      const auto solid_voxels = std::ranges::count(image.solid, std::uint8_t(1));
+      percolating.add(n, fractions[n], double(voxels) / double(solid_voxels));
+      spanning.add(n, fractions[n], voxels > 0);
+      for (std::size_t way = 0; way < 4; ++way) {
+        const Phase phase = way % 2 == 0 ? Phase::pore : Phase::solid;
+        const auto t =
+            way < 2 ? tortuosity_by_steps(image, phase, 1) : tortuosity_by_fast_marching(image, phase, 1);
+        if (!t) continue;
+        percolates[way] = true;
+        tortuosity[way].add(points[way], fractions[n], t->mean);
+      }
+    }
+    for (std::size_t way = 0; way < 4; ++way) points[way] += percolates[way];
+  }
+  FigurePart a{"b16a",
+               "Percolating solid",
+               "solid fraction \u03d5",
+               "\u03d5_p / \u03d5",
+               {percolating.curve("\u03d5_p / \u03d5"), spanning.curve("share of samples that percolate")}};
+  FigurePart b{"b16b",
+               "Geodesic tortuosity",
+               "solid fraction \u03d5",
+               "mean shortest path / L",
+               {tortuosity[0].curve("pores, steps (paper)"), tortuosity[1].curve("solid, steps (paper)"),
+                tortuosity[2].curve("pores, fast marching"), tortuosity[3].curve("solid, fast marching")}};
   return {a, b};
 }
 

@@ -43,10 +43,17 @@ std::optional<FieldTheory> theory_of(const Microstructure& structure) {
   const auto* phi = metadata_of<double>(structure, "solid_fraction");
   const auto* wavelengths = metadata_of<double>(structure, "wavelengths_per_side");
   const auto* heterogeneity = metadata_of<double>(structure, "heterogeneity");
+  const auto* morphology = metadata_of<std::string>(structure, "morphology");
+  for (const char* key : {"anisotropy", "wavelength_gradient", "periodic"})
+    if (structure.metadata.contains(key)) return {};
   if (!source || *source != "gaussian_random_field" || !phi || *phi >= 1 || !wavelengths || !heterogeneity)
     return {};
   const double side = *std::ranges::min_element(structure.lattice.points) * structure.lattice.spacing;
-  return FieldTheory{FieldCut::single, *phi, GammaSpectrum::of({1, *wavelengths, *heterogeneity, 0}, side)};
+  const FieldCut cut = !morphology || *morphology == "single_cut" ? FieldCut::single
+                       : *morphology == "two_cut"                 ? FieldCut::two_cut
+                       : *morphology == "open_cell"               ? FieldCut::open_cell
+                                                                  : FieldCut::closed_cell;
+  return FieldTheory{cut, *phi, GammaSpectrum::of({1, *wavelengths, *heterogeneity, 0}, side)};
 }
 
 MeasuredSample load_measured_sample(const std::string& input, const ImageOptions& options,
