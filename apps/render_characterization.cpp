@@ -31,6 +31,10 @@ struct Wanted {
   bool with_theory = false;
 };
 
+bool has_numbers(const MeasuredCurve& curve) {
+  return std::ranges::any_of(curve.y, [](double y) { return std::isfinite(y); });
+}
+
 /// The curves that the characterization has, or nothing if it has none of them.
 std::optional<Plot> plot_of(const Characterization& c, const char* title, const char* y_label,
                             std::initializer_list<Wanted> wanted) {
@@ -40,7 +44,7 @@ std::optional<Plot> plot_of(const Characterization& c, const char* title, const 
   bool lengths = false;
   std::string x_name;
   for (const Wanted& want : wanted)
-    if (const MeasuredCurve* curve = c.find_curve(want.curve); curve && !curve->x.empty()) {
+    if (const MeasuredCurve* curve = c.find_curve(want.curve); curve && has_numbers(*curve)) {
       largest = std::max(largest, *std::ranges::max_element(curve->x));
       lengths = curve->x_unit == "m";
       x_name = curve->x_name;
@@ -51,7 +55,7 @@ std::optional<Plot> plot_of(const Characterization& c, const char* title, const 
   plot.x_label = lengths ? fmt::format("{} [{}]", x_name, scale.unit) : x_name;
   for (const Wanted& want : wanted) {
     const MeasuredCurve* curve = c.find_curve(want.curve);
-    if (!curve) continue;
+    if (!curve || !has_numbers(*curve)) continue;
     std::vector<double> x, y = curve->y;
     for (const double value : curve->x) x.push_back(value / scale.metres);
     if (curve->y_unit == "1/m")  // densities over a length: per unit of the axis
