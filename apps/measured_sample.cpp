@@ -26,13 +26,16 @@ MeasuredSample of_structure(const Microstructure& structure) {
 
 MeasuredSample of_scan(const std::string& input, const ImageOptions& options, ImageProgress& progress) {
   const double voxel_size = parse_voxel_size(options);
-  PhaseSlices slices = open_phase_slices(input, options, progress.watch("counting values", 0, 0, 0.01));
+  // The level set while it grows, then the measures, labels above all.
+  const auto memory = [](const Index3& size) {
+    return image_level_set_memory(size) + 16 * double(size[0]) * size[1] * size[2];
+  };
+  PhaseSlices slices = open_phase_slices(input, options, progress, memory);
   const Index3 size = slices.size();
-  check_memory(input, size, image_level_set_memory(size) + 16 * double(size[0]) * size[1] * size[2]);
   const double voxels = double(size[0]) * size[1] * size[2];
-  PhaseImage image = read_phase_image(slices, voxel_size, progress.watch("reading", voxels, 0.01, 0.02));
+  PhaseImage image = read_phase_image(slices, voxel_size, progress.watch("reading", voxels, 0.1, 0.11));
   const Microstructure structure =
-      build_image_level_set(slices, voxel_size, progress.watch("level set", voxels, 0.02, 0.2));
+      build_image_level_set(slices, voxel_size, progress.watch("level set", voxels, 0.11, 0.2));
   return {std::move(image), mesh_surface(structure), {}};
 }
 
