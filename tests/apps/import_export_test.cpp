@@ -64,7 +64,7 @@ TEST_F(ImportExport, WritesALevelSetWithTheRecordOfItsMaking) {
   const auto text = [&](const char* key) { return std::get<std::string>(structure.metadata.at(key)); };
   EXPECT_EQ(text("source"), "scan");
   EXPECT_EQ(text("file"), "ball.tif");
-  EXPECT_EQ(text("solid"), "solid >= 100");
+  EXPECT_EQ(text("segmentation"), "solid >= 100");
   EXPECT_EQ(text("crop"), "2:22,0:24,4:24");
   EXPECT_EQ(std::get<double>(structure.metadata.at("voxel_size")), 5.345e-6);
   EXPECT_EQ(std::get<double>(structure.metadata.at("solid_fraction_achieved")), structure.solid_fraction());
