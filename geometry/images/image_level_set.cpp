@@ -192,7 +192,7 @@ Microstructure build_image_level_set(PhaseSlices& slices, double voxel_size, con
   result.surface = std::make_shared<LevelSet>(LevelSet{grid, unit});
   result.metadata = {{"source", "scan"},
                      {"voxel_size", voxel_size},
-                     {"solid", slices.rule()},
+                     {"segmentation", slices.rule()},
                      {"crop", crop_text(slices)},
                      {"downsample", std::int64_t(slices.downsample())},
                      {"solid_fraction_of_image", slices.solid_fraction_of_image()},

@@ -2,12 +2,32 @@
 
 #include <algorithm>
 #include <fstream>
-#include <regex>
+#include <string_view>
 
 #include "images/header_text.h"
 #include "images/raw_slices.h"
 
 namespace anticrack {
+
+namespace {
+
+// What follows the key of a Python dictionary; nothing if it is not there.
+std::string_view value_of(std::string_view dictionary, std::string_view key) {
+  std::size_t at = dictionary.find(fmt::format("'{}'", key));
+  if (at == std::string_view::npos) at = dictionary.find(fmt::format("\"{}\"", key));
+  if (at == std::string_view::npos) return {};
+  const std::string_view rest = trimmed(dictionary.substr(at + key.size() + 2));
+  return rest.starts_with(':') ? trimmed(rest.substr(1)) : std::string_view();
+}
+
+// The inside of quotes or brackets at the start of `text`; nothing if there are none.
+std::string_view quoted(std::string_view text) {
+  if (text.empty() || std::string_view("'\"(").find(text[0]) == std::string_view::npos) return {};
+  const std::size_t end = text.find(text[0] == '(' ? ')' : text[0], 1);
+  return end == std::string_view::npos ? std::string_view() : text.substr(1, end - 1);
+}
+
+}  // namespace
 
 // NumPy format 1 to 3: magic, version, length of the header, the header as a Python dictionary.
 VoxelData read_npy_header(const std::filesystem::path& file) {
@@ -35,37 +55,30 @@ VoxelData read_npy_header(const std::filesystem::path& file) {
   VoxelData data;
   data.file = file;
   data.offset = begin + length;
-  const auto value_of = [&](const char* key, const char* pattern) {
-    std::smatch match;
-    if (!std::regex_search(header, match,
-                           std::regex(fmt::format("['\"]{}['\"]\\s{{0,9}}:\\s{{0,9}}{}", key, pattern))))
-      refuse_image(file, fmt::format("no {} in the header, or not as expected", key));
-    return match;
-  };
-  const std::smatch type = value_of("descr", "['\"]([<>|=])([buif?])(\\d{1,2})['\"]");
-  const std::string kind = type[2];
-  data.bytes = std::stoi(type[3]);
-  if ((kind != "b" && kind != "u" && kind != "i") ||
-      (data.bytes != 1 && data.bytes != 2 && data.bytes != 4 && data.bytes != 8))
+  const std::string_view type = quoted(value_of(header, "descr"));  // "<u2": order, kind, bytes
+  if (type.size() != 3 || std::string_view("bui").find(type[1]) == std::string_view::npos ||
+      std::string_view("1248").find(type[2]) == std::string_view::npos)
     refuse_image(file,
-                 fmt::format("values of type {}{}; expected bool or an integer type", kind, data.bytes));
-  data.is_signed = kind == "i";
-  data.big_endian = type[1] == ">";
-  const bool fortran = value_of("fortran_order", "(True|False)")[1] == "True";
-  const std::smatch shape = value_of("shape", "\\(([^)]{0,80})\\)");
-  std::string numbers = shape[1];
+                 fmt::format("values of type \"{}\"; expected bool or an integer type such as |u1", type));
+  data.big_endian = type[0] == '>';
+  data.is_signed = type[1] == 'i';
+  data.bytes = type[2] - '0';
+  const std::string_view fortran = value_of(header, "fortran_order");
+  if (!fortran.starts_with("True") && !fortran.starts_with("False"))
+    refuse_image(file, "fortran_order is neither True nor False");
+  data.z_fastest = fortran.starts_with("True");
+  const std::string_view shape = quoted(value_of(header, "shape"));
+  std::string numbers(shape);
   std::ranges::replace(numbers, ',', ' ');
   const std::vector<std::string> axes = words_of(numbers);
-  if (axes.size() != 3)
-    refuse_image(file, fmt::format("shape ({}); expected three axes z, y, x", shape[1].str()));
+  if (axes.size() != 3) refuse_image(file, fmt::format("shape ({}); expected three axes z, y, x", shape));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto voxels = whole_number(axes[axis], 1, most_along_an_axis);
     if (!voxels)
-      refuse_image(file, fmt::format("shape ({}); expected 1 to {} along each axis", shape[1].str(),
-                                     most_along_an_axis));
+      refuse_image(file,
+                   fmt::format("shape ({}); expected 1 to {} along each axis", shape, most_along_an_axis));
     data.size[2 - axis] = int(*voxels);
   }
-  data.z_fastest = fortran;
   return data;
 }
 

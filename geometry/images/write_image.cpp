@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <tiffio.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -90,7 +91,8 @@ void write_folder(const SliceSource& image, const fs::path& named) {
   if (!folder.has_filename()) folder = folder.parent_path();
   if (fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
     throw InputError(fmt::format("{}: exists already; expected a new or empty folder", folder.string()));
-  const fs::path temporary = folder.parent_path() / ("." + folder.filename().string() + ".tmp");
+  const fs::path temporary =
+      folder.parent_path() / fmt::format(".{}.{}.tmp", folder.filename().string(), ::getpid());
   std::error_code ignored;
   try {
     fs::remove_all(temporary);

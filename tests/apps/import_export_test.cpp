@@ -64,7 +64,7 @@ TEST_F(ImportExport, WritesALevelSetWithTheRecordOfItsMaking) {
   const auto text = [&](const char* key) { return std::get<std::string>(structure.metadata.at(key)); };
   EXPECT_EQ(text("source"), "scan");
   EXPECT_EQ(text("file"), "ball.tif");
-  EXPECT_EQ(text("solid"), "solid >= 100");
+  EXPECT_EQ(text("segmentation"), "solid >= 100");
   EXPECT_EQ(text("crop"), "2:22,0:24,4:24");
   EXPECT_EQ(std::get<double>(structure.metadata.at("voxel_size")), 5.345e-6);
   EXPECT_EQ(std::get<double>(structure.metadata.at("solid_fraction_achieved")), structure.solid_fraction());
@@ -132,7 +132,7 @@ TEST_F(ImportExport, RefuseBadInputBeforeAnythingIsWritten) {
   expect(2, "import ball.tif -o a.vdb", "--voxel-size is missing; expected the edge of a voxel");
   expect(2, "import ball.tif -o a.vdb --voxel-size 0", "--voxel-size 0; expected a finite length > 0.");
   expect(2, "import ball.tif -o a.vdb --voxel-size '5 kg'",
-         "--voxel-size \"5 kg\": \"kg\" is not a unit of length");
+         "--voxel-size \"5 kg\": \"kg\" is no unit of length");
   expect(2, "import ball.tif -o a.stl --voxel-size 1", "-o a.stl; expected a name that ends in .vdb.");
   expect(2, "import ball.tif" + to,
          "ball.tif: more than two labels: 20, 120, 200; expected --solid LABEL[,LABEL...] or --threshold");

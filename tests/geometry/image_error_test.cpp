@@ -140,7 +140,7 @@ TEST_F(ImageError, OfNumPyNamesWhatTheHeaderSays) {
   expect_npy("rubbish, long enough", "a.npy: not a NumPy file");
   expect_npy(npy_head(4, "|u1", false, "2, 2, 2"), "a.npy: NumPy format 4; expected 1, 2 or 3");
   expect_npy(npy_head(1, "<f4", false, "2, 2, 2"),
-             "a.npy: values of type f4; expected bool or an integer type");
+             "a.npy: values of type \"<f4\"; expected bool or an integer type");
   expect_npy(npy_head(1, "|u1", false, "2, 2"), "a.npy: shape (2, 2); expected three axes z, y, x");
   expect_npy(npy_head(1, "|u1", false, "2, 2, 99999999999"),
              "a.npy: shape (2, 2, 99999999999); expected 1 to 1048576");

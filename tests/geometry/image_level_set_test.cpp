@@ -213,7 +213,7 @@ TEST(ImageLevelSet, RecordsHowItWasMade) {
   PhaseSlices slices = berea({{{0, 24}, {8, 32}, {0, 24}}});
   const Microstructure structure = build_image_level_set(slices, 5.345e-6);
   EXPECT_EQ(std::get<std::string>(structure.metadata.at("source")), "scan");
-  EXPECT_EQ(std::get<std::string>(structure.metadata.at("solid")), "solid = 255");
+  EXPECT_EQ(std::get<std::string>(structure.metadata.at("segmentation")), "solid = 255");
   EXPECT_EQ(std::get<std::string>(structure.metadata.at("crop")), "0:24,8:32,0:24");
   EXPECT_EQ(std::get<double>(structure.metadata.at("voxel_size")), 5.345e-6);
   EXPECT_EQ(std::get<std::int64_t>(structure.metadata.at("downsample")), 1);
