@@ -12,6 +12,7 @@
 
 #include "atomic_file.h"
 #include "bench.h"
+#include "clean.h"
 #include "errors.h"
 #include "exit_codes.h"
 #include "generate.h"
@@ -31,6 +32,7 @@ namespace {
 
 void add_commands(CLI::App& app) {
   add_generate_command(app);
+  add_clean_command(app);
   add_run_command(app);
 #if ANTICRACK_RENDER
   add_render_command(app);
