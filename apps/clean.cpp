@@ -9,6 +9,7 @@
 #include <string>
 
 #include "common_options.h"
+#include "errors.h"
 #include "measures/clean_microstructure.h"
 #include "microstructure_io.h"
 #include "output_folder.h"

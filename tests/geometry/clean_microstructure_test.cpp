@@ -56,7 +56,9 @@ TEST(CleanedMicrostructure, IsThatWithoutTheRemovedPiece) {
       for (int i = -4; i < n + 4; ++i) {
         const openvdb::Coord at(i, j, k);
         ASSERT_EQ(is.getValue(at) < 0, expected.getValue(at) < 0) << at;
-        if (is.getValue(at) < 0) ASSERT_EQ(is.getValue(at), was.getValue(at)) << at;
+        if (is.getValue(at) < 0) {
+          ASSERT_EQ(is.getValue(at), was.getValue(at)) << at;
+        }
         // Half the square of the way aside, over the way: at most 0.05 voxel, which is what is left alone as
         // well.
         ASSERT_NEAR(is.getValue(at) / h, expected.getValue(at) / h, 0.051) << at;
@@ -81,7 +83,9 @@ TEST(CleanedMicrostructure, KeepsEveryDistanceInTheSolidThatStays) {
     for (int j = -4; j < 52; ++j)
       for (int i = -4; i < 52; ++i) {
         const openvdb::Coord at(i, j, k);
-        if (is.getValue(at) < 0) ASSERT_EQ(is.getValue(at), was.getValue(at));
+        if (is.getValue(at) < 0) {
+          ASSERT_EQ(is.getValue(at), was.getValue(at));
+        }
         ASSERT_GE(is.getValue(at), was.getValue(at));
         removed += was.getValue(at) < 0 && is.getValue(at) > 0;
       }
