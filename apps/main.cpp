@@ -13,6 +13,7 @@
 #include "atomic_file.h"
 #include "bench.h"
 #include "characterize.h"
+#include "clean.h"
 #include "errors.h"
 #include "exit_codes.h"
 #include "export.h"
@@ -38,6 +39,7 @@ void add_commands(CLI::App& app) {
   add_import_command(app);
   add_export_command(app);
   add_characterize_command(app);
+  add_clean_command(app);
   add_run_command(app);
 #if ANTICRACK_RENDER
   add_render_command(app);

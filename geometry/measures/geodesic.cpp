@@ -159,8 +159,8 @@ std::vector<float> arrival_times(const PhaseImage& image, Phase phase, const Box
 
   // Buckets of times instead of a heap. Within the bucket at hand voxels are taken in any order, and again
   // when their time falls: that ends at the one solution of the differences, whatever the width.
-  constexpr float buckets_a_unit = 4;
-  constexpr int bucket_count = 8;  // a neighbour is at most one unit later
+  constexpr float buckets_a_unit = 16;
+  constexpr int bucket_count = 32;  // a neighbour is at most one unit later
   std::array<std::vector<Offset>, bucket_count> buckets;
   const auto bucket_of = [](float time) { return std::uint64_t(time * buckets_a_unit); };
   std::size_t waiting = 0;

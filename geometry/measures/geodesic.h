@@ -29,8 +29,8 @@ std::uint64_t burned_from_both_faces(const PhaseImage& image, Phase phase, int a
 
 /// Arrival times of a front that leaves a face at t = 0 and runs at one voxel a unit of time: |grad t| = 1 in
 /// the phase, first order upwind (Sethian 1996). One value a voxel, infinity where the front does not come.
-/// Exact for a plane front along an axis; from a point, distances along a diagonal come out too long: by a
-/// tenth at 10 voxels, a few percent at 50.
+/// Exact for a plane front along an axis; from a point, distances along a diagonal come out too long: by up
+/// to 18 % at 10 voxels and 6 % at 50.
 std::vector<float> arrival_times(const PhaseImage& image, Phase phase, const BoxFace& face);
 
 /// Geodesic tortuosity [-]: shortest path within the phase from the lower face of an axis to each voxel of

@@ -114,7 +114,7 @@ TEST(Clusters, OfAnAbsentPhaseAreNone) {
   EXPECT_FALSE(found.largest());
 }
 
-TEST(Clusters, OfTheBereaScanAreThePublishedNumbers) {
+TEST(Clusters, OfTheBereaScanAreExact) {
   const std::filesystem::path file = ANTICRACK_ASSETS "/scans/berea.tif";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
   const VoxelImage scan = read_voxel_image(file);
@@ -149,8 +149,8 @@ TEST(Cleaning, RefusesASampleThatDoesNotPercolate) {
   EXPECT_ERROR(remove_unconnected(empty, SpanningRule::x, Connectivity::faces), InputError, "there is none");
 }
 
-TEST(Cleaning, KeepsOnAverageThePublishedPartOfACutThroughAField) {
-  // phi_p / phi by DESIGN of the reference computation at nine wavelengths: 0.90 at phi = 0.20, 0.98 at 0.25,
+TEST(Cleaning, KeepsOnAverageTheReferencePartOfACutThroughAField) {
+  // Reference phi_p / phi at nine wavelengths: 0.90 at phi = 0.20, 0.98 at 0.25,
   // 0.995 at 0.30; scatter of one sample about 0.03, 0.006 and 0.002, of the mean of three less than 0.6 of
   // that; three sigma.
   struct Case {

@@ -129,7 +129,7 @@ TEST(Crofton, SeesOfAPlaneWhatItsDirectionsSay) {
   const double seen = 2 * (0.0915558 + 4 * 0.0739613 / std::sqrt(2.0) + 4 * 0.0703913 / std::sqrt(3.0));
   EXPECT_NEAR(surface_area(slab, CroftonDirections::thirteen), 19 * 19 * seen, 1e-3);
   EXPECT_NEAR(seen, 0.927, 5e-4);
-  EXPECT_DOUBLE_EQ(integral_of_mean_curvature(slab), 0);
+  EXPECT_NEAR(integral_of_mean_curvature(slab), 0, 1e-12);  // rounding of sums of some hundreds
 }
 
 TEST(Crofton, WeighsEachDirectionByItsShareOfTheSphere) {
