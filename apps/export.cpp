@@ -59,17 +59,15 @@ void export_structure(const ExportOptions& options) {
 void export_scan(const ExportOptions& options) {
   const double voxel_size = parse_voxel_size(options);
   ImageProgress progress(options.progress());
-  auto image = open_image(options.input, parse_raw_layout(options));
-  const Index3 all = image->size();
-  PhaseSlices slices(std::move(image), options.input, parse_segmentation(options),
-                     progress.watch("counting values", double(all[0]) * all[1] * all[2], 0, 0.1));
+  const bool is_mesh = is_mesh_name(options.output);
+  PhaseSlices slices = open_phase_slices(options.input, options, progress, [&](const Index3& size) {
+    return is_mesh ? image_level_set_memory(size) : double(size[0]) * size[1];
+  });
   const Index3 size = slices.size();
-  const Watch watch = progress.watch(is_mesh_name(options.output) ? "level set" : "writing",
-                                     double(size[0]) * size[1] * size[2], 0.1, 1);
-  if (is_mesh_name(options.output)) {
-    check_memory(options.input, size, image_level_set_memory(size));
+  const Watch watch =
+      progress.watch(is_mesh ? "level set" : "writing", double(size[0]) * size[1] * size[2], 0.1, 1);
+  if (is_mesh)
     return write_mesh(mesh_surface(build_image_level_set(slices, voxel_size, watch)), options.output);
-  }
   write_image({size, voxel_size * slices.downsample(),
                [&](int k, std::vector<std::uint8_t>& solid) {
                  watch(double(k) / size[2]);

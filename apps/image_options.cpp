@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -61,6 +62,16 @@ void parse_crop(const std::string& text, Segmentation& segmentation) {
       segmentation.crop[axis][end] = *number;
     }
   }
+}
+
+/// Refuses what takes more memory than the machine has.
+void check_memory(const std::string& file, const Index3& size, double bytes) {
+  const double memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGE_SIZE));
+  if (bytes > memory)
+    throw InputError(
+        fmt::format("{}: {} x {} x {} voxels need about {:.1f} GB; this machine has {:.1f} GB. Use --crop or "
+                    "--downsample.",
+                    file, size[0], size[1], size[2], bytes / 1e9, memory / 1e9));
 }
 
 }  // namespace
@@ -145,17 +156,15 @@ Watch ImageProgress::watch(std::string what, double voxels, double from, double 
   };
 }
 
-PhaseSlices open_phase_slices(const std::string& file, const ImageOptions& options, const Watch& watch) {
-  return PhaseSlices(open_image(file, parse_raw_layout(options)), file, parse_segmentation(options), watch);
-}
-
-void check_memory(const std::string& file, const Index3& size, double bytes) {
-  const double memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGE_SIZE));
-  if (bytes > memory)
-    throw InputError(
-        fmt::format("{}: {} x {} x {} voxels need about {:.1f} GB; this machine has {:.1f} GB. Use --crop or "
-                    "--downsample.",
-                    file, size[0], size[1], size[2], bytes / 1e9, memory / 1e9));
+PhaseSlices open_phase_slices(const std::string& file, const ImageOptions& options, ImageProgress& progress,
+                              const std::function<double(const Index3& size)>& memory) {
+  const Segmentation segmentation = parse_segmentation(options);
+  auto image = open_image(file, parse_raw_layout(options));
+  const Index3 all = image->size();
+  const Index3 size = segmented_size(all, segmentation, file);
+  check_memory(file, size, memory(size));
+  return PhaseSlices(std::move(image), file, segmentation,
+                     progress.watch("counting values", double(all[0]) * all[1] * all[2], 0, 0.1));
 }
 
 }  // namespace anticrack

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <chrono>
+#include <functional>
 #include <string>
 
 #include "images/segmentation.h"
@@ -42,10 +42,11 @@ class ImageProgress {
   Progress progress_;
 };
 
-/// An image as solid and pore, as the options say. @throws InputError, FileError
-PhaseSlices open_phase_slices(const std::string& file, const ImageOptions& options, const Watch& watch);
-
-/// Refuses what takes more memory than the machine has. @throws InputError  "FILE: WHAT needs about ..."
-void check_memory(const std::string& file, const Index3& size, double bytes);
+/// An image as solid and pore, as the options say; its values are counted, as the first tenth of the work.
+/// @param memory  of the work to come [bytes], by the voxels that are left; what the machine does not have is
+/// refused
+/// @throws InputError, FileError
+PhaseSlices open_phase_slices(const std::string& file, const ImageOptions& options, ImageProgress& progress,
+                              const std::function<double(const Index3& size)>& memory);
 
 }  // namespace anticrack

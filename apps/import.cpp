@@ -36,12 +36,8 @@ void import_image(const ImportOptions& options) {
   ImageProgress progress(options.progress());
   const auto start = std::chrono::steady_clock::now();
 
-  auto image = open_image(options.image, parse_raw_layout(options));
-  const Index3 all = image->size();
-  PhaseSlices slices(std::move(image), options.image, parse_segmentation(options),
-                     progress.watch("counting values", double(all[0]) * all[1] * all[2], 0, 0.1));
+  PhaseSlices slices = open_phase_slices(options.image, options, progress, image_level_set_memory);
   const Index3 size = slices.size();
-  check_memory(options.image, size, image_level_set_memory(size));
   Microstructure structure = build_image_level_set(
       slices, voxel_size, progress.watch("level set", double(size[0]) * size[1] * size[2], 0.1, 1));
   structure.metadata["file"] = fs::absolute(options.image).lexically_normal().filename().string();

@@ -12,9 +12,11 @@
 
 #include "atomic_file.h"
 #include "bench.h"
+#include "characterize.h"
 #include "errors.h"
 #include "exit_codes.h"
 #include "export.h"
+#include "figure.h"
 #include "generate.h"
 #include "import.h"
 #include "info.h"
@@ -35,11 +37,13 @@ void add_commands(CLI::App& app) {
   add_generate_command(app);
   add_import_command(app);
   add_export_command(app);
+  add_characterize_command(app);
   add_run_command(app);
 #if ANTICRACK_RENDER
   add_render_command(app);
 #endif
   add_material_command(app);
+  add_figure_command(app);
   add_bench_command(app);
   add_precision_command(app);
   add_info_command(app);

@@ -31,9 +31,10 @@ std::string progress_text(const ProgressState& state, std::optional<double> seco
   std::string text = state.of_study.empty()
                          ? fmt::format("step {}  strain {:.2f} %", state.step, percent(state.strain))
                          : std::string(state.of_study);
-  text += state.voxels_per_second > 0
-              ? fmt::format("  {:.1f} M voxels/s", state.voxels_per_second / 1e6)
-              : fmt::format("  {:.1f} M particle-steps/s", state.particle_steps_per_second / 1e6);
+  if (state.voxels_per_second.value_or(0) > 0)
+    text += fmt::format("  {:.1f} M voxels/s", *state.voxels_per_second / 1e6);
+  else if (state.of_study.empty() || state.particle_steps_per_second > 0)
+    text += fmt::format("  {:.1f} M particle-steps/s", state.particle_steps_per_second / 1e6);
   if (seconds_left) text += fmt::format("  {} left", duration_text(*seconds_left));
   return text;
 }
@@ -46,7 +47,7 @@ std::string progress_json(const ProgressState& state, std::optional<double> seco
                                  {"particle_steps_per_second", state.particle_steps_per_second},
                                  {"seconds_left", nullptr}};
   if (!state.of_study.empty()) json["case"] = state.of_study;
-  if (state.voxels_per_second > 0) json["voxels_per_second"] = state.voxels_per_second;
+  if (state.voxels_per_second) json["voxels_per_second"] = *state.voxels_per_second;
   if (seconds_left) json["seconds_left"] = *seconds_left;
   return json.dump();
 }

@@ -20,9 +20,8 @@ struct ProgressState {
   std::int64_t step = 0;
   double strain = 0;
   double particle_steps_per_second = 0;
-  double voxels_per_second = 0;    ///< of work on an image; stands for particle-steps then
   std::string_view of_study = {};  ///< the case in hand, where many are run; stands for step and strain then
-  double voxels_per_second = 0;    ///< of work on an image; stands for particle-steps then
+  std::optional<double> voxels_per_second = {};  ///< of work on an image; stands for particle-steps then
 };
 
 /// "step 1200  strain 3.41 %  42.1 M particle-steps/s  3 min 20 s left"; without the last part if nobody can

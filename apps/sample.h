@@ -20,6 +20,12 @@ struct Sample {
   double solid_fraction;                       ///< achieved: particles over lattice points
 };
 
+/// Bytes that making the structure of a scene needs at most.
+double memory_to_generate(const SampleScene& scene);
+
+/// Physical memory of this machine in bytes.
+double machine_memory();
+
 /// The structure that a scene names, generated or read from its file.
 /// @throws InputError  the scene's source is a scan (it has points, but no level set); more lattice points
 /// than memory;

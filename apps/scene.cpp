@@ -23,6 +23,13 @@ constexpr SceneKey scene_keys[] = {
     {"microstructure", "heterogeneity", "gaussian_random_field"},
     {"microstructure", "seed", "gaussian_random_field"},
     {"microstructure", "threshold_rule", "gaussian_random_field"},
+    {"microstructure", "morphology", "gaussian_random_field"},
+    {"microstructure", "anisotropy", "gaussian_random_field"},
+    {"microstructure", "anisotropy_axis", "gaussian_random_field"},
+    {"microstructure", "spectrum", "gaussian_random_field"},
+    {"microstructure", "wavelength_gradient", "gaussian_random_field"},
+    {"microstructure", "gradient_axis", "gaussian_random_field"},
+    {"microstructure", "periodic", "gaussian_random_field"},
     {"microstructure", "file", "vdb scan"},
     {"microstructure", "voxel_size", "scan"},
     {"microstructure", "solid", "scan"},
@@ -62,8 +69,11 @@ constexpr SceneKey scene_keys[] = {
 constexpr std::pair<std::string_view, std::string_view> selectors[] = {
     {"microstructure", "source"}, {"material", "model"}, {"loading", "kind"}, {"numerics", "transfer"}};
 
-constexpr std::array<std::string_view, 3> exclusive_keys[] = {{"loading", "until_strain", "until"},
-                                                              {"numerics", "flip", "flip_time"}};
+constexpr std::array<std::string_view, 3> exclusive_keys[] = {
+    {"loading", "until_strain", "until"},
+    {"numerics", "flip", "flip_time"},
+    {"microstructure", "spectrum", "wavelengths_per_side"},
+    {"microstructure", "spectrum", "heterogeneity"}};
 
 constexpr SceneSchema schema = {scene_keys, selectors, exclusive_keys};
 
@@ -77,14 +87,15 @@ Allowed not_negative(std::string_view symbol, Dimension dimension = Dimension::n
   return {.symbol = symbol, .dimension = dimension, .low = 0.0, .low_included = true};
 }
 
-std::filesystem::path named_file(const SceneSection& section, const std::filesystem::path& scene_file) {
-  const std::filesystem::path name = section.text("file", "expected the name of a file");
+std::filesystem::path named_file(const SceneSection& section, const std::filesystem::path& scene_file,
+                                 const std::string& key = "file") {
+  const std::filesystem::path name = section.text(key, "expected the name of a file");
   const std::filesystem::path file =
       name.is_absolute() ? name : std::filesystem::absolute(scene_file).parent_path() / name;
   std::error_code error;
   if (!std::filesystem::exists(file, error)) {
-    section.refuse("file", fmt::format("expected an existing file, but there is no {}",
-                                       file.lexically_normal().string()));
+    section.refuse(
+        key, fmt::format("expected an existing file, but there is no {}", file.lexically_normal().string()));
   }
   return file.lexically_normal();
 }
@@ -129,16 +140,52 @@ ScanSource read_scan(const SceneSection& section, const std::filesystem::path& s
   return scan;
 }
 
-GaussianRandomFieldSource read_gaussian_random_field(const SceneSection& section) {
-  GaussianRandomFieldSource source;
+void read_wave_numbers(const SceneSection& section, const std::filesystem::path& scene_file,
+                       GaussianRandomFieldSource& source) {
+  if (!section.has("spectrum")) {
+    source.field.wavelengths_per_side =
+        section.number("wavelengths_per_side", positive("wavelengths_per_side"));
+    source.field.heterogeneity = section.number("heterogeneity", positive("b"));
+    return;
+  }
+  source.spectrum_file = named_file(section, scene_file, "spectrum");
+  try {
+    source.field.spectrum = read_wave_spectrum(source.spectrum_file);
+  } catch (const std::runtime_error& error) {
+    section.refuse("spectrum", error.what());
+  }
+}
+
+// An axis whose ratio is not given says nothing.
+int read_axis_of(const SceneSection& section, const std::string& axis, const std::string& ratio) {
+  if (section.has(axis) && !section.has(ratio))
+    section.refuse(axis, fmt::format("expected {} as well, whose axis it is", ratio));
+  return int(section.choice(axis, scene_names::axis, 2));
+}
+
+GaussianRandomFieldSource read_gaussian_random_field(const SceneSection& section,
+                                                     const std::filesystem::path& scene_file) {
+  GaussianRandomFieldSource source{};
   source.solid_fraction =
       section.number("solid_fraction", {.symbol = "phi", .low = 0.0, .high = 1.0, .high_included = true});
   source.field.waves = int(section.integer("waves", 1, std::numeric_limits<int>::max()));
-  source.field.wavelengths_per_side =
-      section.number("wavelengths_per_side", positive("wavelengths_per_side"));
-  source.field.heterogeneity = section.number("heterogeneity", positive("b"));
+  read_wave_numbers(section, scene_file, source);
   source.field.seed = std::uint64_t(section.integer("seed", 0, std::numeric_limits<std::int64_t>::max()));
   source.threshold_rule = ThresholdRule(section.choice("threshold_rule", scene_names::threshold_rule, 0));
+  source.morphology = Morphology(section.choice("morphology", scene_names::morphology, 0));
+
+  const auto ratio = [&](const char* key) {
+    return section.number(
+        key, {.symbol = key, .low = 0.1, .high = 10.0, .low_included = true, .high_included = true}, 1.0);
+  };
+  source.field.anisotropy = ratio("anisotropy");
+  source.field.anisotropy_axis = read_axis_of(section, "anisotropy_axis", "anisotropy");
+  source.field.wavelength_gradient = ratio("wavelength_gradient");
+  source.field.gradient_axis = read_axis_of(section, "gradient_axis", "wavelength_gradient");
+  source.field.periodic = section.flag("periodic", false);
+  if (source.field.periodic && source.field.wavelength_gradient != 1.0)
+    section.refuse("periodic",
+                   "expected no wavelength_gradient beside it: opposite faces would not have one wavelength");
   return source;
 }
 
@@ -151,7 +198,7 @@ SampleScene read_sample(const SceneDocument& document, const std::filesystem::pa
   document.refuse_foreign_keys("microstructure", scene_names::source[source]);
   switch (source) {
     case 0:
-      scene.microstructure = read_gaussian_random_field(section);
+      scene.microstructure = read_gaussian_random_field(section, file);
       break;
     case 1:
       scene.microstructure = VdbSource{named_file(section, file)};

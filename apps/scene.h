@@ -16,11 +16,13 @@
 
 namespace anticrack {
 
-/// A level cut through a Gaussian random field.
+/// A cut through Gaussian random fields.
 struct GaussianRandomFieldSource {
   GaussianRandomFieldSpec field;
   double solid_fraction;  ///< phi [-], asked
   ThresholdRule threshold_rule = ThresholdRule::theory;
+  Morphology morphology = Morphology::single_cut;
+  std::filesystem::path spectrum_file = {};  ///< what `field.spectrum` was read from
 };
 
 /// A level set from a .vdb file.

@@ -65,10 +65,20 @@ struct MicrostructureWriter {
   void operator()(const GaussianRandomFieldSource& source) const {
     toml.number("solid_fraction", source.solid_fraction);
     toml.integer("waves", std::uint64_t(source.field.waves));
-    toml.number("wavelengths_per_side", source.field.wavelengths_per_side);
-    toml.number("heterogeneity", source.field.heterogeneity);
+    if (source.field.spectrum) {
+      toml.raw("spectrum", quoted(source.spectrum_file.string()));
+    } else {
+      toml.number("wavelengths_per_side", source.field.wavelengths_per_side);
+      toml.number("heterogeneity", source.field.heterogeneity);
+    }
     toml.integer("seed", source.field.seed);
     toml.raw("threshold_rule", name_of(scene_names::threshold_rule, source.threshold_rule));
+    toml.raw("morphology", name_of(scene_names::morphology, source.morphology));
+    toml.number("anisotropy", source.field.anisotropy);
+    toml.raw("anisotropy_axis", name_of(scene_names::axis, source.field.anisotropy_axis));
+    toml.number("wavelength_gradient", source.field.wavelength_gradient);
+    toml.raw("gradient_axis", name_of(scene_names::axis, source.field.gradient_axis));
+    toml.raw("periodic", source.field.periodic ? "true" : "false");
   }
   void operator()(const VdbSource& source) const { toml.raw("file", quoted(source.file.string())); }
   void operator()(const ScanSource& source) const {

@@ -30,7 +30,7 @@ std::array<Vec3, 2> tangents(const Vec3& gradient, const Held& held) {
 // With the Lagrangian |y - x|^2 / 2 - lambda f, the part along the gradient solves the constraint, and the
 // part along the tangents T solves (T^t M T) s = T^t (x - y - M normal), M = I - lambda H; T^t M T is kept
 // positive, so that the step heads for a minimum.
-Vec3 newton_step(const FieldJet& jet, const Vec3& free_gradient, const Vec3& x_y, const Held& held) {
+Vec3 step_on_sheet(const FieldJet& jet, const Vec3& free_gradient, const Vec3& x_y, const Held& held) {
   const double squared = free_gradient.squaredNorm();
   const Vec3 normal = free_gradient * (-jet.value / squared);
   const double lambda = -x_y.dot(free_gradient) / squared;
@@ -43,32 +43,93 @@ Vec3 newton_step(const FieldJet& jet, const Vec3& free_gradient, const Vec3& x_y
   const double smallest = 0.5 * (a + c) - std::sqrt(0.25 * (a - c) * (a - c) + b * b);
   if (smallest < least) a += least - smallest, c += least - smallest;
   const double determinant = a * c - b * b;
-  Vec3 step = normal + t0 * ((c * r0 - b * r1) / determinant) + t1 * ((a * r1 - b * r0) / determinant);
-  const double length = step.norm();
-  if (length > 1.0) step /= length;
-  return step;
+  return normal + t0 * ((c * r0 - b * r1) / determinant) + t1 * ((a * r1 - b * r0) / determinant);
+}
+
+// Coefficients of the combination of two vectors whose products with them are `products`.
+Eigen::Vector2d combine(const std::array<Vec3, 2>& vectors, const Eigen::Vector2d& products) {
+  const double a = vectors[0].squaredNorm(), b = vectors[0].dot(vectors[1]), c = vectors[1].squaredNorm();
+  return Eigen::Vector2d(c * products[0] - b * products[1], a * products[1] - b * products[0]) /
+         (a * c - b * b);
+}
+
+// Sheets that cross at less than about three degrees have no crease that a step could be computed from.
+bool cross(const std::array<Vec3, 2>& gradients) {
+  return gradients[0].cross(gradients[1]).squaredNorm() >
+         2.5e-3 * gradients[0].squaredNorm() * gradients[1].squaredNorm();
+}
+
+// The same for the curve {f_0 = f_1 = 0}: one direction is left, none if a face of the box is held.
+Vec3 step_on_crease(const std::array<FieldJet, 2>& jets, const std::array<Vec3, 2>& free_gradients,
+                    const Vec3& x_y, const Held& held) {
+  const Eigen::Vector2d to_sheets = combine(free_gradients, -Eigen::Vector2d(jets[0].value, jets[1].value));
+  const Vec3 normal = to_sheets[0] * free_gradients[0] + to_sheets[1] * free_gradients[1];
+  if (held != Held{}) return normal;
+  const Eigen::Vector2d lambda =
+      combine(free_gradients, -Eigen::Vector2d(x_y.dot(free_gradients[0]), x_y.dot(free_gradients[1])));
+  const Mat3 m = Mat3::Identity() - lambda[0] * jets[0].hessian - lambda[1] * jets[1].hessian;
+  const Vec3 tangent = free_gradients[0].cross(free_gradients[1]).normalized();
+  constexpr double least = 0.2;
+  return normal + tangent * (tangent.dot(x_y - m * normal) / std::max(least, tangent.dot(m * tangent)));
+}
+
+Vec3 without(Vec3 vector, const Held& held) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (held[axis] != 0) vector[axis] = 0.0;
+  return vector;
+}
+
+FieldJet jet_of(const Sheet& sheet, const Vec3& y) {
+  FieldJet jet = interpolate_jet(*sheet.field, y);
+  jet.value -= sheet.level;
+  return jet;
+}
+
+// What is left of `pull` after the sheets have taken what lies along their free gradients.
+Vec3 along_sheets(const Vec3& pull, const std::array<FieldJet, 2>& jets,
+                  const std::array<Vec3, 2>& free_gradients, std::size_t sheets) {
+  if (sheets == 1)
+    return pull + jets[0].gradient * (-pull.dot(free_gradients[0]) / free_gradients[0].squaredNorm());
+  const Eigen::Vector2d taken =
+      combine(free_gradients, {pull.dot(free_gradients[0]), pull.dot(free_gradients[1])});
+  return pull - taken[0] * jets[0].gradient - taken[1] * jets[1].gradient;
+}
+
+// The last correction, along the gradients.
+Vec3 polish(std::span<const Sheet> sheets, const Vec3& y, const std::array<Vec3, 2>& gradients) {
+  const auto value = [&](std::size_t n) { return interpolate_value(*sheets[n].field, y) - sheets[n].level; };
+  if (sheets.size() == 1) return y - gradients[0] * (value(0) / gradients[0].squaredNorm());
+  const Eigen::Vector2d way = combine(gradients, -Eigen::Vector2d(value(0), value(1)));
+  return y + way[0] * gradients[0] + way[1] * gradients[1];
 }
 
 }  // namespace
 
-std::optional<Vec3> find_closest_point(const PaddedField& field, const Vec3& x, const Vec3& start) {
+std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3& x, const Vec3& start) {
+  const Index3& points = sheets[0].field->points;
   const Vec3 lower = Vec3::Constant(-0.5);
-  const Vec3 upper = Vec3(field.points[0], field.points[1], field.points[2]) - Vec3::Constant(0.5);
+  const Vec3 upper = Vec3(points[0], points[1], points[2]) - Vec3::Constant(0.5);
   constexpr int most_iterations = 12;
-  // The tangential error is then about its square, and the error of the distance the square of that.
-  constexpr double settled = 0.15;
+  // The tangential error is then about its square, and the error of the distance the square of that. Along a
+  // crease the sheets' errors add up, the more the less they are inclined.
+  const double settled = sheets.size() == 1 ? 0.15 : 0.03;
 
   Vec3 y = start;
   Held held{};
   bool released = false;
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    const FieldJet jet = interpolate_jet(field, y);
-    Vec3 gradient = jet.gradient;
-    for (int axis = 0; axis < 3; ++axis)
-      if (held[axis] != 0) gradient[axis] = 0.0;
-    const double squared = gradient.squaredNorm();
-    if (!(squared > 1e-12)) return std::nullopt;
-    const Vec3 step = newton_step(jet, gradient, x - y, held);
+    std::array<FieldJet, 2> jets;
+    std::array<Vec3, 2> gradients;  // within the free axes
+    for (std::size_t n = 0; n < sheets.size(); ++n) {
+      jets[n] = jet_of(sheets[n], y);
+      gradients[n] = without(jets[n].gradient, held);
+      if (!(gradients[n].squaredNorm() > 1e-12)) return std::nullopt;
+    }
+    if (sheets.size() == 2 && !cross(gradients)) return std::nullopt;
+    Vec3 step = sheets.size() == 1 ? step_on_sheet(jets[0], gradients[0], x - y, held)
+                                   : step_on_crease(jets, gradients, x - y, held);
+    const double length = step.norm();
+    if (length > 1.0) step /= length;
 
     // Stop at the faces.
     bool stopped = false;
@@ -85,14 +146,13 @@ std::optional<Vec3> find_closest_point(const PaddedField& field, const Vec3& x, 
 
     // A face binds only while the way to the minimum leads out through it.
     if (!released) {
-      const Vec3 pull = (x - y) + jet.gradient * (-(x - y).dot(gradient) / squared);
+      const Vec3 pull = along_sheets(x - y, jets, gradients, sheets.size());
       for (int axis = 0; axis < 3; ++axis) {
         if (held[axis] * pull[axis] < 0) held[axis] = 0, released = true;
       }
       if (released) continue;
     }
-    y -= gradient * (interpolate_value(field, y) / squared);
-    return y.cwiseMax(lower).cwiseMin(upper);
+    return polish(sheets, y, gradients).cwiseMax(lower).cwiseMin(upper);
   }
   return std::nullopt;
 }

@@ -42,10 +42,10 @@ Seed unpack(std::uint32_t word) {
 
 }  // namespace
 
-ClosestSeeds::ClosestSeeds(const PaddedField& field)
-    : points_(field.points), layout_{field.points, {}}, packed_(field.values.size(), 0) {
+ClosestSeeds::ClosestSeeds(const CutSolid& solid)
+    : points_(solid.points()), layout_{points_, {}}, packed_(solid.fields[0].values.size(), 0) {
   std::vector<Plane> frontier(std::size_t(points_[2] + 2 * padding));
-  start_ring(field, frontier);
+  start_ring(solid, frontier);
   for (int ring = 2; ring <= rings; ++ring) frontier = grow_ring(ring, frontier);
 }
 
@@ -93,40 +93,65 @@ std::optional<ClosestSeeds::Offset> ClosestSeeds::neighbour(const Index3& point,
   return Offset{way, square(way[0]) + square(way[1]) + square(way[2])};
 }
 
-// Lattice points of the box with a neighbour on the other side of the surface. They step along the gradient,
-// but no farther than to the nearest crossing of a lattice edge, which they take where the gradient misleads.
-void ClosestSeeds::start_ring(const PaddedField& field, std::vector<Plane>& found) {
+// From a lattice point with a neighbour on the other side of the sheet: along the gradient, but no farther
+// than to the nearest crossing of a lattice edge, which is taken where the gradient misleads.
+std::optional<Vec3> ClosestSeeds::first_order(const Sheet& sheet, const Index3& index) const {
   const std::array<std::ptrdiff_t, 3> stride = {1, std::ptrdiff_t(layout_.row_stride()),
                                                 std::ptrdiff_t(layout_.plane_stride())};
+  const float* values = &sheet.field->values[layout_.offset(index[0], index[1], index[2])];
+  const double here = values[0] - sheet.level;
+  Vec3 gradient, crossing = Vec3::Zero();
+  double nearest = 2.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int side : {-1, 1}) {
+      const double there = values[side * stride[axis]] - sheet.level;
+      gradient[axis] = side < 0 ? -0.5 * there : gradient[axis] + 0.5 * there;
+      if ((here > 0) == (there > 0)) continue;
+      const double way = here / (here - there);
+      const bool leaves = side < 0 ? index[axis] == 0 : index[axis] == points_[axis] - 1;
+      if (way < nearest && (!leaves || way <= 0.5)) nearest = way, crossing = Vec3::Unit(axis) * (side * way);
+    }
+  }
+  if (nearest > 1.0) return std::nullopt;
+  const Vec3 step = gradient * (-here / gradient.squaredNorm());
+  return step.squaredNorm() <= nearest * nearest ? step : crossing;
+}
+
+// Whether the other field lets the sheet bound the solid there, within half a voxel.
+bool ClosestSeeds::on_boundary(const CutSolid& solid, const Sheet& sheet, const Index3& index,
+                               const Vec3& step) const {
+  if (solid.fields.size() == 1) return true;
+  const PaddedField& other = solid.fields[sheet.field == &solid.fields[0] ? 1 : 0];
+  const auto [i, j, k] = index;
+  const Vec3 gradient(other.at(i + 1, j, k) - other.at(i - 1, j, k),
+                      other.at(i, j + 1, k) - other.at(i, j - 1, k),
+                      other.at(i, j, k + 1) - other.at(i, j, k - 1));
+  return solid.on_boundary(other.at(i, j, k) + 0.5 * gradient.dot(step)) > -0.25 * gradient.norm();
+}
+
+// Lattice points of the box beside a sheet, where it bounds the solid.
+void ClosestSeeds::start_ring(const CutSolid& solid, std::vector<Plane>& found) {
+  const std::vector<Sheet> sheets = solid.sheets();
   tbb::parallel_for(0, points_[2], [&](int k) {
     for (int j = 0; j < points_[1]; ++j) {
       for (int i = 0; i < points_[0]; ++i) {
         const Index3 index = {i, j, k};
-        const std::size_t offset = layout_.offset(i, j, k);
-        const double here = field.values[offset];
-        Vec3 gradient, crossing = Vec3::Zero();
-        double nearest = 2.0;
-        for (int axis = 0; axis < 3; ++axis) {
-          for (int side : {-1, 1}) {
-            const double there = field.values[offset + side * stride[axis]];
-            gradient[axis] = side < 0 ? -0.5 * there : gradient[axis] + 0.5 * there;
-            if ((here > 0) == (there > 0)) continue;
-            const double way = here / (here - there);
-            const bool leaves = side < 0 ? index[axis] == 0 : index[axis] == points_[axis] - 1;
-            if (way < nearest && (!leaves || way <= 0.5))
-              nearest = way, crossing = Vec3::Unit(axis) * (side * way);
-          }
+        Vec3 step = Vec3::Zero();
+        double least = std::numeric_limits<double>::infinity();
+        for (const Sheet& sheet : sheets) {
+          const std::optional<Vec3> candidate = first_order(sheet, index);
+          if (!candidate || candidate->squaredNorm() >= least) continue;
+          if (!on_boundary(solid, sheet, index, *candidate)) continue;
+          step = *candidate, least = step.squaredNorm();
         }
-        if (nearest > 1.0) continue;
-        Vec3 step = gradient * (-here / gradient.squaredNorm());
-        if (!(step.squaredNorm() <= nearest * nearest)) step = crossing;
+        if (!std::isfinite(least)) continue;
         Seed seed{{}, 1};
         for (int axis = 0; axis < 3; ++axis) {
           const int lower = index[axis] == 0 ? -steps / 2 : -largest_offset;
           const int upper = index[axis] == points_[axis] - 1 ? steps / 2 : largest_offset;
           seed.offset[axis] = std::clamp(int(std::lround(step[axis] / unit)), lower, upper);
         }
-        packed_[offset] = pack(seed);
+        packed_[layout_.offset(i, j, k)] = pack(seed);
         found[std::size_t(k + padding)].push_back(in_plane(i, j));
       }
     }

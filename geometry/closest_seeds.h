@@ -5,17 +5,18 @@
 #include <optional>
 #include <vector>
 
-#include "padded_field.h"
+#include "cut_solid.h"
 
 namespace anticrack {
 
-/// For every point of a padded lattice near {field = 0}, roughly the closest point of that surface within the
-/// sample box: where Newton's method starts. Four bytes a lattice point.
+/// For every point of a padded lattice near the boundary of a solid, roughly the closest point of it within
+/// the sample box: where Newton's method starts. Four bytes a lattice point.
 class ClosestSeeds {
  public:
   /// First order beside the surface, then handed on from neighbour to neighbour, one ring of lattice points
-  /// after the other, to a distance of three points and more. Same bits on any number of threads.
-  explicit ClosestSeeds(const PaddedField& field);
+  /// after the other, to a distance of three points and more. Same bits on any number of threads. Sheets that
+  /// pass between lattice points count also where no lattice point between them is solid.
+  explicit ClosestSeeds(const CutSolid& solid);
 
   struct Choice {
     std::optional<Vec3> first;   ///< the nearest; nothing if the surface is not near
@@ -34,7 +35,9 @@ class ClosestSeeds {
   using Plane =
       std::vector<std::uint32_t>;  // points of a plane of the padded lattice: i + width j from its corner
 
-  void start_ring(const PaddedField& field, std::vector<Plane>& found);
+  void start_ring(const CutSolid& solid, std::vector<Plane>& found);
+  std::optional<Vec3> first_order(const Sheet& sheet, const Index3& index) const;
+  bool on_boundary(const CutSolid& solid, const Sheet& sheet, const Index3& index, const Vec3& step) const;
   std::vector<Plane> grow_ring(int ring, const std::vector<Plane>& frontier);
   std::uint32_t in_plane(int i, int j) const;
   std::optional<Offset> neighbour(const Index3& point, const Index3& step, int last_ring) const;

@@ -27,6 +27,18 @@ Vec3 sample_direction(RandomStream& random) {
   return {radius * std::cos(azimuth), radius * std::sin(azimuth), z};
 }
 
+// The nearest wave vector of which whole periods fit into the box; never the one that does not wave.
+Vec3 to_reciprocal_lattice(const Vec3& eta, const Vec3& box) {
+  const Vec3 periods = eta.cwiseProduct(box) / two_pi;
+  Vec3 whole = periods.array().round();
+  if (whole.isZero()) {
+    int axis;
+    periods.cwiseAbs().maxCoeff(&axis);
+    whole[axis] = periods[axis] < 0 ? -1 : 1;
+  }
+  return two_pi * whole.cwiseQuotient(box);
+}
+
 std::size_t padded_count(const SampleLattice& lattice, int padding) {
   std::size_t count = 1;
   for (int points : lattice.points) count *= std::size_t(points + 2 * padding);
@@ -35,21 +47,40 @@ std::size_t padded_count(const SampleLattice& lattice, int padding) {
 
 }  // namespace
 
+double GaussianRandomFieldSpec::mean_wave_number(double shortest_side) const {
+  return spectrum ? spectrum->mean() : two_pi * wavelengths_per_side / shortest_side;
+}
+
 GaussianRandomField GaussianRandomField::sample(const GaussianRandomFieldSpec& spec, double shortest_side) {
+  return sample(spec, Vec3::Constant(shortest_side), 0);
+}
+
+GaussianRandomField GaussianRandomField::sample(const GaussianRandomFieldSpec& spec, const Vec3& box,
+                                                int stream, double scale) {
   if (spec.waves < 1)
     throw InputError(fmt::format("Gaussian random field: waves = {}; expected >= 1", spec.waves));
-  require_positive("wavelengths_per_side", spec.wavelengths_per_side);
-  require_positive("heterogeneity", spec.heterogeneity);
-  require_positive("shortest side", shortest_side);
+  if (!spec.spectrum) {
+    require_positive("wavelengths_per_side", spec.wavelengths_per_side);
+    require_positive("heterogeneity", spec.heterogeneity);
+  }
+  require_positive("shortest side", box.minCoeff());
+  require_positive("anisotropy", spec.anisotropy);
 
   const double shape = spec.heterogeneity + 1.0;
-  const double scale = two_pi * spec.wavelengths_per_side / shortest_side / shape;
+  const double gamma_scale = two_pi * spec.wavelengths_per_side / box.minCoeff() / shape;
+  Vec3 stretch = Vec3::Constant(std::cbrt(spec.anisotropy));
+  stretch[spec.anisotropy_axis] /= spec.anisotropy;
   std::vector<PlaneWave> waves(spec.waves);
   for (std::size_t n = 0; n < waves.size(); ++n) {
-    RandomStream random(spec.seed, n);
+    RandomStream random(spec.seed, std::uint64_t(stream) << 32 | n);
     const Vec3 direction = sample_direction(random);
     waves[n].phase = two_pi * random.uniform();
-    waves[n].eta = scale * random.gamma(shape) * direction;
+    const double wave_number =
+        spec.spectrum ? spec.spectrum->quantile(random.uniform()) : gamma_scale * random.gamma(shape);
+    waves[n].eta = wave_number * direction;
+    if (spec.anisotropy != 1.0) waves[n].eta = waves[n].eta.cwiseProduct(stretch);
+    if (scale != 1.0) waves[n].eta *= scale;
+    if (spec.periodic) waves[n].eta = to_reciprocal_lattice(waves[n].eta, box);
   }
   return GaussianRandomField(std::move(waves));
 }

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "sample_lattice.h"
 #include "vec3.h"
+#include "wave_spectrum.h"
 
 namespace anticrack {
 
@@ -14,6 +16,25 @@ struct GaussianRandomFieldSpec {
   double wavelengths_per_side;  ///< N_w [-], > 0: shortest side over 2 pi / <eta>; paper: 9
   double heterogeneity;         ///< b [-], > 0: width of the wave number's distribution; paper: 50
   std::uint64_t seed;           ///< names the realization
+
+  /// Ratio of lengths along `anisotropy_axis` to lengths across it, > 0: above 1 prolate, below 1 oblate. The
+  /// isotropic field is stretched by anisotropy^{2/3} along the axis and by anisotropy^{-1/3} across, which
+  /// keeps volumes: wave vectors shrink by the same factors, and <eta^2> of each axis is exact.
+  double anisotropy = 1.0;
+  int anisotropy_axis = 2;
+  /// Law of the wave number in place of `wavelengths_per_side` and `heterogeneity`.
+  std::optional<WaveSpectrum> spectrum = {};
+  /// Wavelength at the upper face of `gradient_axis` over that at the lower face, where the law above holds;
+  /// see GradedField.
+  double wavelength_gradient = 1.0;
+  int gradient_axis = 2;
+  /// Wave vectors on the reciprocal lattice of the box: the field goes on across opposite faces. Each
+  /// component moves by at most pi / L, and <eta_i^2> grows by (2 pi / L_i)^2 / 12: for isotropic waves in a
+  /// cube <eta^2> by 1 / (4 N_w^2), 0.3 % at nine wavelengths a side.
+  bool periodic = false;
+
+  /// <eta> [1/m] before stretching, at the lower face of the gradient.
+  double mean_wave_number(double shortest_side) const;
 };
 
 /// One wave cos(eta . r + phase) of the sum.
@@ -32,6 +53,13 @@ class GaussianRandomField {
   /// @param shortest_side  [m], > 0
   /// @throws InputError  if a parameter is out of range
   static GaussianRandomField sample(const GaussianRandomFieldSpec& spec, double shortest_side);
+
+  /// The same with what else the spec asks but for the gradient.
+  /// @param box     edges of the sample box [m]
+  /// @param stream  fields of different streams are independent; stream 0 is the field above
+  /// @param scale   of all wave numbers, > 0
+  static GaussianRandomField sample(const GaussianRandomFieldSpec& spec, const Vec3& box, int stream,
+                                    double scale = 1.0);
 
   /// A field of given waves. @throws InputError if there is none
   explicit GaussianRandomField(std::vector<PlaneWave> waves);

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 
 #include "closest_point.h"
@@ -21,18 +22,18 @@ constexpr double least_distance = 1e-6;  // keeps the sign of a lattice point th
 // Distances in voxels from lattice points to the surface of the capped solid.
 class CappedSolid {
  public:
-  explicit CappedSolid(const PaddedField& excess) : excess_(excess), seeds_(excess) {}
+  explicit CappedSolid(const CutSolid& solid) : solid_(solid), sheets_(solid.sheets()), seeds_(solid) {}
 
   // Negative inside, +-far_away beyond the band; (i, j, k) within the padded lattice.
   double signed_distance(int i, int j, int k) const {
     const Vec3 x(i, j, k), in_box = x.cwiseMax(lower()).cwiseMin(upper());
     if (in_box != x) {
       // Outside: the face is the nearest solid where it is solid, else a point of the cut within the box.
-      if (interpolate_value(excess_, in_box) > 0) return (x - in_box).norm();
+      if (excess(in_box) > 0) return (x - in_box).norm();
       return distance_to_cut(x, i, j, k);
     }
     const double to_cut = distance_to_cut(x, i, j, k);
-    if (!(excess_.at(i, j, k) > 0)) return std::max(to_cut, least_distance);
+    if (!(solid_.excess_at(solid_.fields[0].offset(i, j, k)) > 0)) return std::max(to_cut, least_distance);
     const double to_face = std::min((x - lower()).minCoeff(), (upper() - x).minCoeff());
     return -std::max(std::min(to_cut, to_face), least_distance);
   }
@@ -40,7 +41,10 @@ class CappedSolid {
  private:
   static Vec3 lower() { return Vec3::Constant(-0.5); }
   Vec3 upper() const {
-    return Vec3(excess_.points[0], excess_.points[1], excess_.points[2]) - Vec3::Constant(0.5);
+    return Vec3(solid_.points()[0], solid_.points()[1], solid_.points()[2]) - Vec3::Constant(0.5);
+  }
+  double excess(const Vec3& x) const {
+    return solid_.excess([&](const PaddedField& field) { return interpolate_value(field, x); });
   }
 
   double distance_to_cut(const Vec3& x, int i, int j, int k) const {
@@ -54,27 +58,72 @@ class CappedSolid {
     const double rough = (x - seed).norm();
     constexpr double seed_error = 0.75;  // voxels, of the worst seed
     if (rough > half_width + seed_error) return far_away;
-    const std::optional<Vec3> closest = find_closest_point(excess_, x, seed);
-    if (!closest) return rough;
-    const double distance = (x - *closest).norm();
+    const double distance = sheets_.size() == 1 ? distance_to(sheets_, x, seed) : distance_to_any(x, seed);
     return distance > rough + seed_error ? rough : distance;
   }
 
-  const PaddedField& excess_;
+  double distance_to(std::span<const Sheet> sheets, const Vec3& x, const Vec3& start) const {
+    const std::optional<Vec3> closest = find_closest_point(sheets, x, start);
+    return closest ? (x - *closest).norm() : far_away;
+  }
+
+  // To the nearest of the sheets that pass near the seed, where they bound the solid, and of their creases.
+  double distance_to_any(const Vec3& x, const Vec3& seed) const {
+    constexpr double reach = 1.5;  // voxels, to first order
+    std::vector<double> away(sheets_.size());
+    for (std::size_t n = 0; n < sheets_.size(); ++n) {
+      const FieldJet jet = interpolate_jet(*sheets_[n].field, seed);
+      away[n] = std::abs(jet.value - sheets_[n].level) / jet.gradient.norm();
+    }
+    const double nearest = *std::ranges::min_element(away);
+    double least = far_away;
+    for (std::size_t n = 0; n < sheets_.size(); ++n) {
+      if (away[n] > std::max(reach, nearest)) continue;
+      const std::optional<Vec3> closest = find_closest_point({&sheets_[n], 1}, x, seed);
+      if (!closest) continue;
+      const double distance = (x - *closest).norm();
+      if (distance >= least) continue;
+      if (const PaddedField* other = crosses_out(sheets_[n], *closest))
+        least = std::min(least, distance_to_crease(sheets_[n], *other, x, *closest));
+      else
+        least = distance;
+    }
+    return least;
+  }
+
+  // The other field, if at this point of a sheet it says that the sheet does not bound the solid here.
+  const PaddedField* crosses_out(const Sheet& sheet, const Vec3& y) const {
+    if (solid_.fields.size() == 1) return nullptr;
+    const PaddedField& other = solid_.fields[sheet.field == &solid_.fields[0] ? 1 : 0];
+    return solid_.on_boundary(interpolate_value(other, y)) < 0 ? &other : nullptr;
+  }
+
+  // Where the other field is in its cut, either of its sheets may be the nearer.
+  double distance_to_crease(const Sheet& sheet, const PaddedField& other, const Vec3& x,
+                            const Vec3& start) const {
+    double least = far_away;
+    for (const double level : {solid_.threshold, -solid_.threshold}) {
+      const std::array<Sheet, 2> both = {sheet, Sheet{&other, level}};
+      least = std::min(least, distance_to(both, x, start));
+    }
+    return least;
+  }
+
+  CutSolid solid_;
+  std::vector<Sheet> sheets_;
   ClosestSeeds seeds_;
 };
 
 // The leaf at `origin`, or nothing if no point of it lies in the band.
-std::unique_ptr<Leaf> build_leaf(const CappedSolid& solid, const PaddedField& excess,
-                                 const openvdb::Coord& origin, double spacing) {
+std::unique_ptr<Leaf> build_leaf(const CappedSolid& solid, const Index3& points, const openvdb::Coord& origin,
+                                 double spacing) {
   const auto background = float(half_width * spacing);
   auto leaf = std::make_unique<Leaf>(origin, background, false);
   for (openvdb::Index offset = 0; offset < Leaf::SIZE; ++offset) {
     const openvdb::Coord voxel = leaf->offsetToGlobalCoord(offset);
     bool within = true;
     for (int axis = 0; axis < 3; ++axis)
-      within &=
-          voxel[axis] >= -PaddedField::padding && voxel[axis] < excess.points[axis] + PaddedField::padding;
+      within &= voxel[axis] >= -PaddedField::padding && voxel[axis] < points[axis] + PaddedField::padding;
     if (!within) continue;
     const double distance = solid.signed_distance(voxel[0], voxel[1], voxel[2]);
     if (std::abs(distance) < half_width)
@@ -88,20 +137,24 @@ std::unique_ptr<Leaf> build_leaf(const CappedSolid& solid, const PaddedField& ex
 }  // namespace
 
 LevelSet build_level_set(const PaddedField& excess, double spacing) {
-  const CappedSolid solid(excess);
+  return build_level_set(CutSolid{Morphology::single_cut, {&excess, 1}, 0.0}, spacing);
+}
+
+LevelSet build_level_set(const CutSolid& cut, double spacing) {
+  const CappedSolid solid(cut);
+  const Index3& points = cut.points();
   const LengthUnit unit = length_unit_for(spacing);
   spacing /= unit.metres;
 
   constexpr int edge = Leaf::DIM;
   Index3 leaves;  // along each axis, from -edge
-  for (int axis = 0; axis < 3; ++axis)
-    leaves[axis] = (excess.points[axis] + PaddedField::padding - 1) / edge + 2;
+  for (int axis = 0; axis < 3; ++axis) leaves[axis] = (points[axis] + PaddedField::padding - 1) / edge + 2;
   const std::size_t leaf_count = std::size_t(leaves[0]) * std::size_t(leaves[1]) * std::size_t(leaves[2]);
   std::vector<std::unique_ptr<Leaf>> built(leaf_count);
   tbb::parallel_for(std::size_t(0), leaf_count, [&](std::size_t n) {
     const auto i = int(n % leaves[0]), j = int(n / leaves[0] % leaves[1]), k = int(n / leaves[0] / leaves[1]);
     built[n] =
-        build_leaf(solid, excess, openvdb::Coord(edge * (i - 1), edge * (j - 1), edge * (k - 1)), spacing);
+        build_leaf(solid, points, openvdb::Coord(edge * (i - 1), edge * (j - 1), edge * (k - 1)), spacing);
   });
 
   auto grid = openvdb::FloatGrid::create(float(half_width * spacing));

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "cut_solid.h"
 #include "gaussian_random_field.h"
 #include "sample_lattice.h"
 #include "vec3.h"
@@ -32,7 +33,8 @@ struct Microstructure {
   std::size_t solid_points = 0;  ///< lattice points in the solid
 
   /// How it was made, by scene key: `source`, `solid_fraction` (asked), `solid_fraction_achieved`, `waves`,
-  /// `wavelengths_per_side`, `heterogeneity`, `seed` (decimal digits), `threshold`, `threshold_rule`, ...
+  /// `wavelengths_per_side`, `heterogeneity`, `seed` (decimal digits), `threshold`, `threshold_rule`,
+  /// `morphology`, and what else departs from an isotropic stationary field.
   std::map<std::string, MetadataValue> metadata;
 
   /// Achieved solid fraction: solid lattice points over all.
@@ -40,15 +42,26 @@ struct Microstructure {
 };
 
 enum class ThresholdRule {
-  theory,  ///< t = erfinv(1 - 2 phi), Eq. 4: phi holds on average over realizations
-  exact,   ///< the order statistic of G on the lattice: phi holds for this sample to one lattice point
+  theory,  ///< the threshold that meets phi on average over realizations; see `theoretical_threshold`
+  exact,   ///< the order statistic on the lattice: phi holds for this sample to one lattice point
 };
 
-/// The level cut {G > t} of a Gaussian random field, capped by the sample box (Eqs. 1-4).
+/// t at which a morphology has the solid fraction phi on average, the field being normal with variance 1/2.
+/// Single cut: erf(t) = 1 - 2 phi (Eq. 4). Two-cut: erf(t) = phi. Open cell: erf(t) = sqrt(phi), each of the
+/// independent two-cuts having the square root. Closed cell: erf(t) = 1 - sqrt(1 - phi).
+double theoretical_threshold(Morphology morphology, double solid_fraction);
+
+/// A cut through one or two Gaussian random fields, capped by the sample box (Eqs. 1-4).
 /// @param solid_fraction  phi, in (0, 1]; 1 is the full block
 /// @throws InputError  if a parameter is out of range, or no lattice point is solid
 Microstructure generate_microstructure(const SampleLattice& lattice, const GaussianRandomFieldSpec& spec,
-                                       double solid_fraction, ThresholdRule rule = ThresholdRule::theory);
+                                       double solid_fraction, ThresholdRule rule = ThresholdRule::theory,
+                                       Morphology morphology = Morphology::single_cut);
+
+/// What the metadata of such a structure say of how it was asked for.
+std::map<std::string, MetadataValue> microstructure_metadata(const GaussianRandomFieldSpec& spec,
+                                                             double solid_fraction, ThresholdRule rule,
+                                                             Morphology morphology);
 
 /// A sample box without pores.
 Microstructure full_block(const SampleLattice& lattice);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/ChangeBackground.h>
+#include <openvdb/tools/Prune.h>
 
 #include <algorithm>
 #include <cmath>
@@ -90,6 +92,21 @@ LengthUnit read_length_unit(const openvdb::FloatGrid& grid, const fs::path& file
                               file.string(), grid.getName(), name->value()));
 }
 
+openvdb::FloatGrid::Ptr fog_volume(const openvdb::FloatGrid& surface) {
+  const auto fog = surface.deepCopy();
+  const double voxel = surface.voxelSize()[0];
+  for (auto value = fog->beginValueAll(); value; ++value) {
+    const auto share = float(std::clamp(0.5 - *value / voxel, 0.0, 1.0));
+    value.setValue(share);
+    value.setActiveState(share > 0);
+  }
+  openvdb::tools::changeBackground(fog->tree(), 0.0f);
+  openvdb::tools::pruneInactive(fog->tree());
+  fog->setName("density");
+  fog->setGridClass(openvdb::GRID_FOG_VOLUME);
+  return fog;
+}
+
 // Lattice, counts and metadata of our own files; false if the grid does not carry them.
 bool read_own_metadata(const openvdb::FloatGrid& grid, Microstructure& structure) {
   const auto points = grid.getMetadata<openvdb::Vec3IMetadata>(points_key);
@@ -172,12 +189,14 @@ void infer_sample_box(const openvdb::FloatGrid& grid, const fs::path& file, Micr
 
 }  // namespace
 
-void write_microstructure(const Microstructure& structure, const fs::path& file) {
+void write_microstructure(const Microstructure& structure, const fs::path& file, DensityGrid density) {
   const openvdb::MetaMap metadata = to_openvdb(structure);
   const auto grid = structure.surface->grid->deepCopyGrid();
   for (auto entry = metadata.beginMeta(); entry != metadata.endMeta(); ++entry)
     grid->insertMeta(entry->first, *entry->second);
-  write_vdb(file, {grid}, metadata);
+  openvdb::GridCPtrVec grids = {grid};
+  if (density == DensityGrid::add) grids.push_back(fog_volume(*structure.surface->grid));
+  write_vdb(file, grids, metadata);
 }
 
 Microstructure read_microstructure(const fs::path& file) {

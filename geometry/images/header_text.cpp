@@ -1,4 +1,4 @@
-#include "header_text.h"
+#include "images/header_text.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cctype>
 #include <charconv>
 
-#include "slice_reader.h"
+#include "images/slice_reader.h"
 
 namespace anticrack {
 

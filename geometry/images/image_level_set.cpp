@@ -1,4 +1,4 @@
-#include "image_level_set.h"
+#include "images/image_level_set.h"
 
 #include <fmt/format.h>
 #include <openvdb/tools/SignedFloodFill.h>
@@ -19,12 +19,20 @@ constexpr int overlap =
     8;  // planes: a distance depends on the field at most 5 rings of seeds and a stencil away
 constexpr int padding = PaddedField::padding;
 
-std::vector<float> gaussian_weights(double sigma) {
-  const int radius = int(std::ceil(3 * sigma));
+int smoothing_radius(double sigma) {
+  return int(std::ceil(3 * sigma));
+}
+
+// A Gaussian times 3/2 - d^2 / (2 sigma^2): its second moment vanishes, so that a curved surface does not
+// move towards its centre of curvature (a ball of radius R would lose sigma^2 / R by the Gaussian alone).
+std::vector<float> smoothing_weights(double sigma) {
+  const int radius = smoothing_radius(sigma);
   std::vector<double> weights(std::size_t(2 * radius + 1));
   double sum = 0;
-  for (int d = -radius; d <= radius; ++d)
-    sum += weights[std::size_t(d + radius)] = std::exp(-0.5 * d * d / (sigma * sigma));
+  for (int d = -radius; d <= radius; ++d) {
+    const double squared = d * d / (sigma * sigma);
+    sum += weights[std::size_t(d + radius)] = std::exp(-0.5 * squared) * (1.5 - 0.5 * squared);
+  }
   std::vector<float> rounded;
   for (const double weight : weights) rounded.push_back(float(weight / sum));
   return rounded;
@@ -100,7 +108,7 @@ std::string crop_text(const PhaseSlices& slices) {
 
 PaddedField smooth_excess(const Index3& size, int first, int count, const ImageSmoothing& smoothing,
                           const std::function<const std::uint8_t*(int k)>& slice) {
-  const std::vector<float> weights = gaussian_weights(smoothing.sigma);
+  const std::vector<float> weights = smoothing_weights(smoothing.sigma);
   const int radius = int(weights.size() / 2), planes = count + 2 * padding;
   PaddedField field{{size[0], size[1], count}, {}};
   const std::size_t plane = field.plane_stride(), row = field.row_stride();
@@ -147,18 +155,19 @@ double image_level_set_memory(const Index3& size) {
 }
 
 Microstructure build_image_level_set(PhaseSlices& slices, double voxel_size, const Watch& watch,
-                                     const ImageSmoothing& smoothing) {
+                                     const ImageSmoothing& smoothing, int thickness) {
   if (!(voxel_size > 0) || !std::isfinite(voxel_size))
     throw InputError(fmt::format("voxel size = {:g} m; expected a finite number > 0", voxel_size));
   const Index3 size = slices.size();
-  const int thickness = slab_thickness(size), nz = size[2];
+  const int nz = size[2];
+  if (thickness == 0) thickness = slab_thickness(size);
   Microstructure result;
   result.lattice = {size, voxel_size * slices.downsample()};
 
   SliceWindow window(slices);
   openvdb::FloatGrid::Ptr grid;
   LengthUnit unit{};
-  const int reach = overlap + padding + int(std::ceil(3 * smoothing.sigma));
+  const int reach = overlap + padding + smoothing_radius(smoothing.sigma);
   for (int z = 0; z < nz; z += thickness) {
     if (watch) watch(double(z) / nz);
     const int end = std::min(nz, z + thickness);
@@ -179,6 +188,7 @@ Microstructure build_image_level_set(PhaseSlices& slices, double voxel_size, con
     throw InputError(fmt::format("no voxel is solid after downsampling by {}; expected a smaller number",
                                  slices.downsample()));
   openvdb::tools::signedFloodFill(grid->tree());
+  if (watch) watch(1);
   result.surface = std::make_shared<LevelSet>(LevelSet{grid, unit});
   result.metadata = {{"source", "scan"},
                      {"voxel_size", voxel_size},

@@ -2,15 +2,15 @@
 
 #include <cstdint>
 
+#include "images/segmentation.h"
 #include "microstructure.h"
 #include "padded_field.h"
-#include "segmentation.h"
 
 namespace anticrack {
 
 /// How a segmented image becomes smooth: README, "The level set of an image".
 struct ImageSmoothing {
-  double sigma = 1.0;    ///< of the Gaussian [voxels]
+  double sigma = 1.25;   ///< of the smoothing kernel, of fourth order [voxels]
   double margin = 0.05;  ///< least |excess| at a voxel centre [-]
 };
 
@@ -25,9 +25,10 @@ PaddedField smooth_excess(const Index3& size, int first, int count, const ImageS
 /// centre of every solid voxel and positive at that of every other. Built by slabs along z whose thickness
 /// depends on nothing but the image's size, so that memory is that of a slab and of the band.
 /// @param voxel_size  [m] of the image as it is on disk; downsampling multiplies it
+/// @param thickness   planes of a slab, a multiple of 8; 0: slab_thickness
 /// @throws InputError  voxel_size not positive; no voxel solid after downsampling
 Microstructure build_image_level_set(PhaseSlices& slices, double voxel_size, const Watch& watch = {},
-                                     const ImageSmoothing& smoothing = {});
+                                     const ImageSmoothing& smoothing = {}, int thickness = 0);
 
 /// Planes of a slab that are kept of it; a multiple of 8. @param size  voxels of the image
 int slab_thickness(const Index3& size);

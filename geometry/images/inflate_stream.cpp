@@ -1,11 +1,11 @@
-#include "inflate_stream.h"
+#include "images/inflate_stream.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <new>
 
-#include "slice_reader.h"
+#include "images/slice_reader.h"
 
 namespace anticrack {
 

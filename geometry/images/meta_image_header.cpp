@@ -5,8 +5,8 @@
 #include <tuple>
 #include <utility>
 
-#include "header_text.h"
-#include "raw_slices.h"
+#include "images/header_text.h"
+#include "images/raw_slices.h"
 
 namespace anticrack {
 namespace {

@@ -4,8 +4,8 @@
 #include <fstream>
 #include <regex>
 
-#include "header_text.h"
-#include "raw_slices.h"
+#include "images/header_text.h"
+#include "images/raw_slices.h"
 
 namespace anticrack {
 

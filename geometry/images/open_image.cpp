@@ -4,11 +4,11 @@
 #include <algorithm>
 
 #include "errors.h"
-#include "header_text.h"
-#include "raw_slices.h"
-#include "slice_folder.h"
-#include "slice_reader.h"
-#include "tiff_slices.h"
+#include "images/header_text.h"
+#include "images/raw_slices.h"
+#include "images/slice_folder.h"
+#include "images/slice_reader.h"
+#include "images/tiff_slices.h"
 
 namespace anticrack {
 namespace {

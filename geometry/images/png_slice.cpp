@@ -1,4 +1,4 @@
-#include "png_slice.h"
+#include "images/png_slice.h"
 
 #include <fmt/format.h>
 #include <png.h>
@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "slice_reader.h"
+#include "images/slice_reader.h"
 
 namespace anticrack {
 namespace {

@@ -1,4 +1,4 @@
-#include "raw_slices.h"
+#include "images/raw_slices.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,7 +8,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "inflate_stream.h"
+#include "images/inflate_stream.h"
 
 namespace anticrack {
 namespace {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "slice_reader.h"
+#include "images/slice_reader.h"
 
 namespace anticrack {
 

@@ -1,4 +1,4 @@
-#include "scan.h"
+#include "images/scan.h"
 
 #include <tbb/parallel_for.h>
 

@@ -1,4 +1,4 @@
-#include "segmentation.h"
+#include "images/segmentation.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -27,26 +27,33 @@ std::string labels_present(const std::vector<std::uint64_t>& counts) {
 
 }  // namespace
 
+Index3 segmented_size(const Index3& image, const Segmentation& segmentation, const std::string& name) {
+  Index3 size;
+  const int n = segmentation.downsample;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto [begin, last] = segmentation.crop[axis];
+    const int end = last == -1 ? image[axis] : last;
+    if (begin < 0 || end > image[axis] || begin >= end)
+      throw InputError(fmt::format("{}: crop {}:{} along {}; expected a part of 0:{}", name, begin, end,
+                                   axis_names[axis], image[axis]));
+    if (n < 1 || n > end - begin)
+      throw InputError(fmt::format("{}: downsample = {}; expected 1 to the {} voxels along {}", name, n,
+                                   end - begin, axis_names[axis]));
+    size[axis] = (end - begin) / n;
+  }
+  return size;
+}
+
 PhaseSlices::PhaseSlices(std::unique_ptr<SliceReader> image, std::string name,
                          const Segmentation& segmentation, const Watch& watch)
     : image_(std::move(image)),
       name_(std::move(name)),
       crop_(segmentation.crop),
       downsample_(segmentation.downsample),
-      size_{},
+      size_(segmented_size(image_->size(), segmentation, name_)),
       is_solid_(values, 0) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const int all = image_->size()[axis];
-    auto& [begin, end] = crop_[axis];
-    if (end == -1) end = all;
-    if (begin < 0 || end > all || begin >= end)
-      throw InputError(fmt::format("{}: crop {}:{} along {}; expected a part of 0:{}", name_, begin, end,
-                                   axis_names[axis], all));
-    if (downsample_ < 1 || downsample_ > end - begin)
-      throw InputError(fmt::format("{}: downsample = {}; expected 1 to the {} voxels along {}", name_,
-                                   downsample_, end - begin, axis_names[axis]));
-    size_[axis] = (end - begin) / downsample_;
-  }
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (crop_[axis][1] == -1) crop_[axis][1] = image_->size()[axis];
   choose_solid(segmentation.solid, count_values(watch));
 }
 

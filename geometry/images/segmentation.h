@@ -9,8 +9,8 @@
 #include <variant>
 #include <vector>
 
+#include "images/slice_reader.h"
 #include "measures/phase_image.h"
-#include "slice_reader.h"
 
 namespace anticrack {
 
@@ -35,6 +35,10 @@ struct Segmentation {
   /// are left out.
   int downsample = 1;
 };
+
+/// Size of an image after crop and downsampling. @param name  of the image in messages
+/// @throws InputError  crop or downsample out of range
+Index3 segmented_size(const Index3& image, const Segmentation& segmentation, const std::string& name);
 
 /// Called between slices with the share of the work done, in [0, 1]; may throw to stop it.
 using Watch = std::function<void(double done)>;

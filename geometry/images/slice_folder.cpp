@@ -1,12 +1,12 @@
-#include "slice_folder.h"
+#include "images/slice_folder.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
 
-#include "png_slice.h"
-#include "tiff_slices.h"
+#include "images/png_slice.h"
+#include "images/tiff_slices.h"
 
 namespace anticrack {
 namespace {

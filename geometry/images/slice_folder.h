@@ -4,7 +4,7 @@
 #include <memory>
 #include <string_view>
 
-#include "slice_reader.h"
+#include "images/slice_reader.h"
 
 namespace anticrack {
 

@@ -1,10 +1,15 @@
-#include "tiff_slices.h"
+#include "images/tiff_slices.h"
 
 #include <fmt/format.h>
 #include <tiffio.h>
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
+#include <string_view>
+
+#include "images/header_text.h"
+#include "images/raw_slices.h"
 
 namespace anticrack {
 namespace {
@@ -60,6 +65,27 @@ class TiffSlices : public SliceReader {
     if (!TIFFSetSubDirectory(tiff_.get(), offsets_[std::size_t(k)]))
       refuse_image(file_, fmt::format("page {} is damaged", k));
     TIFFIsTiled(tiff_.get()) ? read_tiles(k, labels) : read_rows(k, labels);
+  }
+
+  // ImageJ writes stacks beyond 4 GB as one page, and behind its pixels those of the other slices; how many
+  // it says in the description.
+  std::optional<VoxelData> imagej_stack() const {
+    const char* description = nullptr;
+    std::uint16_t compression = 0;
+    if (size_[2] != 1 || !TIFFGetField(tiff_.get(), TIFFTAG_IMAGEDESCRIPTION, &description) ||
+        !TIFFGetFieldDefaulted(tiff_.get(), TIFFTAG_COMPRESSION, &compression))
+      return std::nullopt;
+    const std::string_view text(description), key = "\nimages=";
+    const std::size_t at = text.find(key);
+    if (!text.starts_with("ImageJ=") || at == std::string_view::npos) return std::nullopt;
+    const std::string_view from = text.substr(at + key.size());
+    const auto slices = whole_number(from.substr(0, from.find('\n')), 2, most_along_an_axis);
+    if (!slices || compression != COMPRESSION_NONE) return std::nullopt;
+    return VoxelData{.file = file_,
+                     .offset = TIFFGetStrileOffset(tiff_.get(), 0),
+                     .size = {size_[0], size_[1], int(*slices)},
+                     .bytes = page_.bits / 8,
+                     .big_endian = TIFFIsBigEndian(tiff_.get()) != 0};
   }
 
  private:
@@ -150,7 +176,9 @@ class TiffSlices : public SliceReader {
 }  // namespace
 
 std::unique_ptr<SliceReader> open_tiff(const fs::path& file) {
-  return std::make_unique<TiffSlices>(file);
+  auto pages = std::make_unique<TiffSlices>(file);
+  if (const std::optional<VoxelData> stack = pages->imagej_stack()) return open_voxel_data(*stack);
+  return pages;
 }
 
 }  // namespace anticrack

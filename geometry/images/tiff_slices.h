@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "slice_reader.h"
+#include "images/slice_reader.h"
 
 namespace anticrack {
 

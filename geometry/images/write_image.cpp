@@ -1,4 +1,4 @@
-#include "write_image.h"
+#include "images/write_image.h"
 
 #include <fmt/format.h>
 #include <tiffio.h>
@@ -11,7 +11,7 @@
 
 #include "atomic_file.h"
 #include "errors.h"
-#include "header_text.h"
+#include "images/header_text.h"
 
 namespace anticrack {
 namespace {

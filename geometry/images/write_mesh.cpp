@@ -1,4 +1,4 @@
-#include "write_mesh.h"
+#include "images/write_mesh.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "atomic_file.h"
 #include "errors.h"
-#include "header_text.h"
+#include "images/header_text.h"
 
 namespace anticrack {
 namespace {

@@ -89,7 +89,7 @@ TEST_F(CommandError, OfRunComesBeforeAnythingIsWritten) {
                "[microstructure]\nsource = \"scan\"\nfile = \"none.raw\"\nvoxel_size = 0.1\nsolid = "
                "[1]\nshape = [4, 4, 4]\n" +
                    example_scene.substr(example_scene.find("[material]")));
-  expect(2, "run scan.toml -o out", "no voxel of the scan has a solid label [1]; labels present: [48]");
+  expect(2, "run scan.toml -o out", "none.raw: no voxel has the solid label 1; labels present: 48");
   expect(2, "run scan.toml -o out --set microstructure.solid=[48] --set loading.speed=5000",
          "scan.toml: [loading] expected walls slower than the elastic wave speed");
   EXPECT_FALSE(fs::exists(folder.path() / "out/history.csv"));

@@ -7,6 +7,8 @@
 #include "engine/blocks.h"
 #include "engine/io_frame_samples.h"
 #include "fault/peak_memory.h"
+#include "images/slice_reader.h"
+#include "images/write_image.h"
 #include "info.h"
 #include "io/checkpoint.h"
 #include "io/frame.h"
@@ -130,6 +132,52 @@ TEST_F(DamagedFile, AMicrostructureIsRefused) {
 TEST_F(DamagedFile, InfoRefusesItTooAndSaysWhy) {
   expect_noticed(
       write_frame(sample_frame(6), folder), [](const fs::path& file) { return describe(file); }, 1000);
+}
+
+std::string read_image(const fs::path& file) {
+  const auto image = open_image(file);
+  std::string content;
+  std::vector<std::uint16_t> slice;
+  for (int k = 0; k < image->size()[2]; ++k) {
+    image->read(k, slice);
+    for (const std::uint16_t label : slice) content += char(label);
+  }
+  return content;
+}
+
+// Where headers give voxels no checksum guards them; what is wrong must not cost memory nor escape.
+TEST_F(DamagedFile, AnImageWhoseHeaderPromisesTooMuchTakesNoMemory) {
+  PhaseImage image{{50, 50, 40}, 1e-6, std::vector<std::uint8_t>(100000, 1)};
+  const auto replaced = [](std::string text, const std::string& what, const std::string& by) {
+    return text.replace(text.find(what), what.size(), by);
+  };
+  const std::pair<std::string, std::string> sizes[] = {
+      {"a.nrrd", "50 50 40"}, {"a.mha", "50 50 40"}, {"a.npy", "40, 50, 50"}};
+  for (const auto& [name, size] : sizes) {
+    write_image(slices_of(image), folder / name);
+    const std::string good = file_content(folder / name);
+    for (std::string absurd :
+         {"1048576 1048576 1048576", "99999999999999999999 1 1", "50 50 41", "1 1 1048576"}) {
+      if (name == "a.npy") absurd = replaced(replaced(absurd, " ", ","), " ", ",");
+      put_file(folder / name, replaced(good, size, absurd));
+      const PeakMemory memory;
+      EXPECT_NE(file_error_of([&] { read_image(folder / name); }), "") << name << ' ' << absurd;
+      EXPECT_LE(memory.bytes(), 2 * good.size()) << name << ' ' << absurd;
+    }
+    for (int n = 0; n < cuts; ++n) {
+      put_file(folder / name, good.substr(0, good.size() * std::size_t(n) / cuts));
+      const PeakMemory memory;
+      EXPECT_NE(file_error_of([&] { read_image(folder / name); }), "") << name << ' ' << n;
+      EXPECT_LE(memory.bytes(), 2 * good.size()) << name << ' ' << n;
+    }
+  }
+  // Compressed: so many voxels might be in it, but are not.
+  const std::string head = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 50 50 10000\nencoding: gzip\n\n";
+  put_file(folder / "b.nrrd",
+           head + std::string("\x1f\x8b\x08\0\0\0\0\0\0\x03", 10) + std::string(100000, 'x'));
+  const PeakMemory memory;
+  EXPECT_NE(file_error_of([&] { read_image(folder / "b.nrrd"); }), "");
+  EXPECT_LE(memory.bytes(), 200000u);
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include "engine/io_frame_samples.h"
 #include "fault/failing_calls.h"
+#include "images/write_image.h"
+#include "images/write_mesh.h"
 #include "io/checkpoint.h"
 #include "io/frame.h"
 #include "io/history.h"
@@ -27,6 +29,12 @@ void write_some_checkpoint(const fs::path& folder, int state) {
   writer.write(folder / "checkpoint.bin");
 }
 
+void write_some_image(const fs::path& file, int state) {
+  PhaseImage image{{6, 5, 4}, 1e-6, std::vector<std::uint8_t>(120, 0)};
+  image.solid[std::size_t(state)] = 1;
+  write_image(slices_of(image), file);
+}
+
 Frame frame_of_state(int state) {
   Frame frame = sample_frame(9);
   frame.header.time = state;
@@ -49,6 +57,12 @@ const Writer writers[] = {
        Microstructure structure = full_block({{8, 8, 8}, 1.0});
        structure.metadata["state"] = std::int64_t(state);
        write_microstructure(structure, folder / "s.vdb");
+     }},
+    {"image.tif", [](const fs::path& folder, int state) { write_some_image(folder / "image.tif", state); }},
+    {"image.nrrd", [](const fs::path& folder, int state) { write_some_image(folder / "image.nrrd", state); }},
+    {"mesh.ply",
+     [](const fs::path& folder, int state) {
+       write_mesh({{{0, 0, float(state)}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}}, folder / "mesh.ply");
      }},
 };
 

@@ -9,9 +9,9 @@
 
 #include "errors.h"
 #include "fuzz/memory_file.h"
+#include "images/slice_reader.h"
 #include "info.h"
 #include "io/checkpoint.h"
-#include "scan.h"
 #include "scene.h"
 #include "vdb_seal.h"
 #include "vdb_structure.h"
@@ -26,6 +26,21 @@ void refuse_or_read(const Read& read) {
   } catch (const InputError&) {
   } catch (const FileError&) {
   }
+}
+
+// The first slices and the last.
+void read_image(std::span<const std::uint8_t> bytes, const std::string& ending, const RawLayout& raw = {}) {
+  const MemoryFile file(bytes, ending);
+  refuse_or_read([&] {
+    const auto image = open_image(file.path(), raw);
+    std::vector<std::uint16_t> labels;
+    const int slices = image->size()[2];
+    for (const int k : {0, std::min(1, slices - 1), slices - 1}) {
+      image->read(k, labels);
+      if (labels.size() != std::size_t(image->size()[0]) * std::size_t(image->size()[1]))
+        throw std::logic_error("a slice of another size");
+    }
+  });
 }
 
 }  // namespace
@@ -58,18 +73,24 @@ void fuzz_scene(std::span<const std::uint8_t> bytes) {
 }
 
 void fuzz_tiff(std::span<const std::uint8_t> bytes) {
-  const MemoryFile file(bytes, ".tif");
-  refuse_or_read([&] {
-    const VoxelImage image = read_voxel_image(file.path());
-    scan_points(image, std::vector<int>{1, 255, 65535}, 1e-6);
-  });
+  read_image(bytes, ".tif");
 }
 
 void fuzz_raw(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < 3) return;
-  const Index3 shape{std::int8_t(bytes[0]), bytes[1], bytes[2]};
-  const MemoryFile file(bytes.subspan(3), ".raw");
-  refuse_or_read([&] { scan_points(read_voxel_image(file.path(), shape), std::vector<int>{1, 255}, 1e-6); });
+  read_image(bytes.subspan(3), ".raw", {.shape = Index3{std::int8_t(bytes[0]), bytes[1], bytes[2]}});
+}
+
+void fuzz_nrrd(std::span<const std::uint8_t> bytes) {
+  read_image(bytes, ".nrrd");
+}
+
+void fuzz_meta(std::span<const std::uint8_t> bytes) {
+  read_image(bytes, ".mha");
+}
+
+void fuzz_npy(std::span<const std::uint8_t> bytes) {
+  read_image(bytes, ".npy");
 }
 
 void fuzz_vdb(std::span<const std::uint8_t> bytes) {
