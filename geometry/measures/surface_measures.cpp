@@ -206,7 +206,7 @@ SurfaceMeasures measure_surface(const SurfaceMesh& mesh, const Window& window) {
 }
 
 Window inner_window(const Vec3& size, double margin) {
-  const Window window{Vec3::Constant(margin), size - Vec3::Constant(margin)};
+  Window window{Vec3::Constant(margin), size - Vec3::Constant(margin)};
   if (!(margin >= 0) || !(window.lower.array() < window.upper.array()).all())
     throw InputError(
         fmt::format("window {:g} m inside of a box of {:g} m x {:g} m x {:g} m; expected a margin >= 0 "
