@@ -30,10 +30,11 @@ class CappedSolid {
     if (in_box != x) {
       // Outside: the face is the nearest solid where it is solid, else a point of the cut within the box.
       if (excess(in_box) > 0) return (x - in_box).norm();
-      return distance_to_cut(x, i, j, k);
+      return distance_to_cut(x, i, j, k, false);
     }
-    const double to_cut = distance_to_cut(x, i, j, k);
-    if (!(solid_.excess_at(solid_.fields[0].offset(i, j, k)) > 0)) return std::max(to_cut, least_distance);
+    const bool is_solid = solid_.excess_at(solid_.fields[0].offset(i, j, k)) > 0;
+    const double to_cut = distance_to_cut(x, i, j, k, is_solid);
+    if (!is_solid) return std::max(to_cut, least_distance);
     const double to_face = std::min((x - lower()).minCoeff(), (upper() - x).minCoeff());
     return -std::max(std::min(to_cut, to_face), least_distance);
   }
@@ -47,18 +48,19 @@ class CappedSolid {
     return solid_.excess([&](const PaddedField& field) { return interpolate_value(field, x); });
   }
 
-  double distance_to_cut(const Vec3& x, int i, int j, int k) const {
+  double distance_to_cut(const Vec3& x, int i, int j, int k, bool from_solid) const {
     const ClosestSeeds::Choice seeds = seeds_.at(i, j, k);
     if (!seeds.first) return far_away;
-    const double distance = distance_to_cut(x, *seeds.first);
-    return seeds.second ? std::min(distance, distance_to_cut(x, *seeds.second)) : distance;
+    const double distance = distance_to_cut(x, *seeds.first, from_solid);
+    return seeds.second ? std::min(distance, distance_to_cut(x, *seeds.second, from_solid)) : distance;
   }
 
-  double distance_to_cut(const Vec3& x, const Vec3& seed) const {
+  double distance_to_cut(const Vec3& x, const Vec3& seed, bool from_solid) const {
     const double rough = (x - seed).norm();
     constexpr double seed_error = 0.75;  // voxels, of the worst seed
     if (rough > half_width + seed_error) return far_away;
-    const double distance = sheets_.size() == 1 ? distance_to(sheets_, x, seed) : distance_to_any(x, seed);
+    const double distance =
+        sheets_.size() == 1 ? distance_to(sheets_, x, seed) : distance_to_any(x, seed, from_solid);
     return distance > rough + seed_error ? rough : distance;
   }
 
@@ -67,44 +69,50 @@ class CappedSolid {
     return closest ? (x - *closest).norm() : far_away;
   }
 
-  // To the nearest of the sheets that pass near the seed, where they bound the solid, and of their creases.
-  double distance_to_any(const Vec3& x, const Vec3& seed) const {
+  // To the nearest of the sheets that pass near the seed, where they bound the solid. Only seen from the
+  // pores of an open cell and from the solid of a closed one may a crease be nearer than every sheet.
+  double distance_to_any(const Vec3& x, const Vec3& seed, bool from_solid) const {
     constexpr double reach = 1.5;  // voxels, to first order
-    std::vector<double> away(sheets_.size());
-    for (std::size_t n = 0; n < sheets_.size(); ++n) {
-      const FieldJet jet = interpolate_jet(*sheets_[n].field, seed);
-      away[n] = std::abs(jet.value - sheets_[n].level) / jet.gradient.norm();
+    std::array<double, 4> away;
+    double nearest = far_away;
+    for (std::size_t field = 0; field < solid_.fields.size(); ++field) {
+      const FieldJet jet = interpolate_jet(solid_.fields[field], seed);
+      for (const std::size_t n : {2 * field, 2 * field + 1}) {
+        away[n] = std::abs(jet.value - sheets_[n].level) / jet.gradient.norm();
+        nearest = std::min(nearest, away[n]);
+      }
     }
-    const double nearest = *std::ranges::min_element(away);
+    const bool reentrant = (solid_.morphology == Morphology::open_cell) != from_solid;
     double least = far_away;
     for (std::size_t n = 0; n < sheets_.size(); ++n) {
       if (away[n] > std::max(reach, nearest)) continue;
       const std::optional<Vec3> closest = find_closest_point({&sheets_[n], 1}, x, seed);
-      if (!closest) continue;
-      const double distance = (x - *closest).norm();
-      if (distance >= least) continue;
-      if (const PaddedField* other = crosses_out(sheets_[n], *closest))
-        least = std::min(least, distance_to_crease(sheets_[n], *other, x, *closest));
-      else
-        least = distance;
+      if (!closest || (x - *closest).norm() >= least) continue;
+      const PaddedField* other = other_field(sheets_[n]);
+      const double other_value = other ? interpolate_value(*other, *closest) : 0.0;
+      if (!other || solid_.on_boundary(other_value) >= 0)
+        least = (x - *closest).norm();
+      else if (reentrant)
+        least = std::min(least, distance_to_crease(sheets_[n], {other, other_value}, x, *closest));
     }
     return least;
   }
 
-  // The other field, if at this point of a sheet it says that the sheet does not bound the solid here.
-  const PaddedField* crosses_out(const Sheet& sheet, const Vec3& y) const {
+  const PaddedField* other_field(const Sheet& sheet) const {
     if (solid_.fields.size() == 1) return nullptr;
-    const PaddedField& other = solid_.fields[sheet.field == &solid_.fields[0] ? 1 : 0];
-    return solid_.on_boundary(interpolate_value(other, y)) < 0 ? &other : nullptr;
+    return &solid_.fields[sheet.field == &solid_.fields[0] ? 1 : 0];
   }
 
-  // Where the other field is in its cut, either of its sheets may be the nearer.
-  double distance_to_crease(const Sheet& sheet, const PaddedField& other, const Vec3& x,
+  // `through`: the other field with its value at the start. Within its cut, either of its sheets may be
+  // nearer.
+  double distance_to_crease(const Sheet& sheet, const Sheet& through, const Vec3& x,
                             const Vec3& start) const {
+    const double near_level = std::copysign(solid_.threshold, through.level);
     double least = far_away;
-    for (const double level : {solid_.threshold, -solid_.threshold}) {
-      const std::array<Sheet, 2> both = {sheet, Sheet{&other, level}};
+    for (const double level : {near_level, -near_level}) {
+      const std::array<Sheet, 2> both = {sheet, Sheet{through.field, level}};
       least = std::min(least, distance_to(both, x, start));
+      if (solid_.morphology == Morphology::open_cell) break;
     }
     return least;
   }

@@ -113,6 +113,37 @@ TEST_F(MicrostructureFile, OfAnUnknownUnitIsRefused) {
                 ": grid 'surface': length_unit = \"furlong\"; expected m, mm, um, nm or pm");
 }
 
+TEST_F(MicrostructureFile, DensityIsTheSolidShareOfEachVoxel) {
+  for (const double spacing : {0.05, 1e-6, 1e-9}) {
+    const Microstructure written =
+        generate_microstructure({{20, 24, 18}, spacing}, {200, 2, 50, 5}, 0.4, ThresholdRule::exact);
+    write_microstructure(written, path("s.vdb"), DensityGrid::add);
+    openvdb::io::File file(path("s.vdb").string());
+    file.open();
+    const auto density = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("density"));
+    EXPECT_EQ(density->getGridClass(), openvdb::GRID_FOG_VOLUME);
+    EXPECT_FALSE(density->saveFloatAsHalf());
+    EXPECT_EQ(density->background(), 0.0f);
+    EXPECT_EQ(density->transform(), written.surface->grid->transform());
+    const double voxel = written.surface->grid->voxelSize()[0];
+    double sum = 0;
+    for (int k = 0; k < 18; ++k)
+      for (int j = 0; j < 24; ++j)
+        for (int i = 0; i < 20; ++i) {
+          const float share = density->tree().getValue({i, j, k});
+          const float distance = written.surface->grid->tree().getValue({i, j, k});
+          ASSERT_FLOAT_EQ(share, float(std::clamp(0.5 - distance / voxel, 0.0, 1.0)));
+          ASSERT_EQ(density->tree().isValueOn({i, j, k}), share > 0);
+          sum += share;
+        }
+    // The share averages what the signs count: one voxel in the surface is off by at most a half.
+    EXPECT_NEAR(sum, double(written.solid_points), 0.02 * sum);
+    const Microstructure read = read_microstructure(path("s.vdb"));
+    EXPECT_EQ(read.lattice.spacing, spacing);
+    EXPECT_EQ(read.solid_points, written.solid_points);
+  }
+}
+
 TEST_F(MicrostructureFile, MetadataIsInTheHeaderOfTheFileToo) {
   write_microstructure(small_structure(), path("s.vdb"));
   openvdb::io::File file(path("s.vdb").string());

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -414,9 +417,15 @@ TEST(PeriodicField, GoesOnAcrossOppositeFaces) {
   for (int k = 0; k < 33; ++k)
     for (int j = 0; j < 26; ++j)
       for (int i = 0; i < 20; ++i) {  // 1e-10: the error of the fast sum
-        if (i == 0) ASSERT_NEAR(at(-1, j, k), at(19, j, k), 1e-10);
-        if (j == 0) ASSERT_NEAR(at(i, -1, k), at(i, 25, k), 1e-10);
-        if (k == 0) ASSERT_NEAR(at(i, j, -1), at(i, j, 32), 1e-10);
+        if (i == 0) {
+          ASSERT_NEAR(at(-1, j, k), at(19, j, k), 1e-10);
+        }
+        if (j == 0) {
+          ASSERT_NEAR(at(i, -1, k), at(i, 25, k), 1e-10);
+        }
+        if (k == 0) {
+          ASSERT_NEAR(at(i, j, -1), at(i, j, 32), 1e-10);
+        }
       }
   EXPECT_GT(std::abs(at(0, 5, 5) - at(19, 5, 5)), 1e-3);
 }
