@@ -13,4 +13,11 @@ std::span<const MeasureGroup> measure_groups() {
   return groups;
 }
 
+std::optional<double> MeasuredSample::density_in_theory(double MinkowskiDensities::*density) const {
+  if (!theory) return {};
+  const bool smooth = theory->cut == FieldCut::single || theory->cut == FieldCut::two_cut;
+  if (!smooth && density != &MinkowskiDensities::surface) return {};
+  return minkowski_densities(*theory).*density;
+}
+
 }  // namespace anticrack

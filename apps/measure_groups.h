@@ -15,6 +15,10 @@ struct MeasuredSample {
   PhaseImage image;
   SurfaceMesh surface;                ///< of its level set
   std::optional<FieldTheory> theory;  ///< of the random field that it was cut from
+
+  /// A density that theory knows. Curvature and Euler number of solids with sharp edges (open and closed
+  /// cells) are left out: neither voxels nor meshes converge to them.
+  std::optional<double> density_in_theory(double MinkowskiDensities::*density) const;
 };
 
 /// Measures that share their work.

@@ -130,8 +130,6 @@ void measure_surfaces(const MeasuredSample& sample, Characterization& result) {
   const Window window = inner_window(sample.image.box(), 2 * h);
   const SurfaceMeasures inside = measure_surface(sample.surface, window);
   const double volume = (window.upper - window.lower).prod();
-  std::optional<MinkowskiDensities> theory;
-  if (sample.theory) theory = minkowski_densities(*sample.theory);
   result.counts.push_back({"surface_triangles", sample.surface.triangles.size()});
   result.measures.insert(result.measures.end(),
                          {{"ssa_mesh", inside.area / volume / phi, "1/m",
@@ -142,12 +140,12 @@ void measure_surfaces(const MeasuredSample& sample, Characterization& result) {
                           {"mean_curvature_mesh", inside.mean_curvature / volume, "1/m^2",
                            "integral of (kappa_1 + kappa_2)/2 over the same surface, by the angles at its "
                            "edges, over the volume",
-                           theory ? std::optional(theory->mean_curvature) : std::nullopt},
+                           sample.density_in_theory(&MinkowskiDensities::mean_curvature)},
                           {"euler_density_mesh", inside.euler() / volume, "1/m^3",
                            "Euler number of the solid (pieces - tunnels + cavities) over the volume, by "
                            "Gauss and Bonnet on the same "
                            "surface",
-                           theory ? std::optional(theory->euler) : std::nullopt}});
+                           sample.density_in_theory(&MinkowskiDensities::euler)}});
 }
 
 void measure_thickness(const MeasuredSample& sample, Characterization& result) {

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -42,16 +43,12 @@ void measure_topology(const MeasuredSample& sample, Characterization& result) {
 
   const NeighbourhoodCounts open = count_neighbourhoods(sample.image, BoxBoundary::open);
   const NeighbourhoodCounts closed = count_neighbourhoods(sample.image, BoxBoundary::closed);
-  std::optional<MinkowskiDensities> theory;
-  if (sample.theory) theory = minkowski_densities(*sample.theory);
-  const auto of_theory = [&](double MinkowskiDensities::*density) {
-    return theory ? std::optional((*theory).*density) : std::nullopt;
-  };
   const double solid_volume = open.solid_volume();
   const auto specific = [&](CroftonDirections directions) {
     return solid_volume > 0 ? std::optional(surface_area(open, directions) / solid_volume) : std::nullopt;
   };
-  const auto ssa = theory ? std::optional(theory->surface / sample.theory->solid_fraction) : std::nullopt;
+  auto ssa = sample.density_in_theory(&MinkowskiDensities::surface);
+  if (ssa) *ssa /= sample.theory->solid_fraction;
   result.measures.insert(
       result.measures.end(),
       {{"ssa_crofton", specific(CroftonDirections::thirteen), "1/m",
@@ -67,14 +64,14 @@ void measure_topology(const MeasuredSample& sample, Characterization& result) {
         "integral of (kappa_1 + kappa_2)/2 over the surface, over the volume, by Euler numbers of plane "
         "sections in 13 "
         "directions (Ohser & Muecklich 2000)",
-        of_theory(&MinkowskiDensities::mean_curvature)},
+        sample.density_in_theory(&MinkowskiDensities::mean_curvature)},
        {"euler_density", euler_density(open, Connectivity::faces), "1/m^3",
         "Euler number of the solid (pieces - tunnels + cavities) over the volume, solid 6-connected, faces "
         "of the "
         "sample left out (Serra 1982)",
-        of_theory(&MinkowskiDensities::euler)},
+        sample.density_in_theory(&MinkowskiDensities::euler)},
        {"euler_density_26", euler_density(open, Connectivity::corners), "1/m^3",
-        "the same, solid 26-connected", of_theory(&MinkowskiDensities::euler)},
+        "the same, solid 26-connected", sample.density_in_theory(&MinkowskiDensities::euler)},
        {"euler_number", double(eightfold_euler_number(closed, Connectivity::faces) / 8), "-",
         "Euler number of the solid as a body, 6-connected, pore around it"},
        {"euler_number_26", double(eightfold_euler_number(closed, Connectivity::corners) / 8), "-",
@@ -118,28 +115,41 @@ void measure_chords(const MeasuredSample& sample, Characterization& result) {
 }
 
 void measure_paths(const MeasuredSample& sample, Characterization& result) {
+  struct Paths {
+    Phase phase;
+    const char* name;
+    int axis;
+    std::optional<Tortuosity> euclidean, steps;
+  };
+  std::vector<Paths> all;
   for (const auto& [phase, name] : phases)
-    for (int axis = 0; axis < 3; ++axis) {
-      const std::string along = fmt::format("{}_tortuosity_{}", name, axis_names[axis]);
-      const auto euclidean = tortuosity_by_fast_marching(sample.image, phase, axis);
-      const auto steps = tortuosity_by_steps(sample.image, phase, axis);
-      const auto mean = [](const std::optional<Tortuosity>& t) {
-        return t ? std::optional(t->mean) : std::nullopt;
-      };
-      result.measures.push_back({along, mean(euclidean), "-",
-                                 fmt::format("geodesic tortuosity: shortest way through the {0} from the "
-                                             "lower face along {1} to a voxel of the "
-                                             "upper one, mean over the voxels reached, over the straight "
-                                             "way; fast marching (Sethian 1996). "
-                                             "null: the {0} does not percolate along {1}",
-                                             name, axis_names[axis])});
-      result.measures.push_back({along + "_steps", mean(steps), "-",
-                                 "the same by steps between face neighbours, the burning of Herrmann et al. "
-                                 "1984 and of Blatny et al. 2021, "
-                                 "Fig. B.16b: oblique ways are too long by up to sqrt(3)"});
-      result.measures.push_back({along + "_least", euclidean ? std::optional(euclidean->least) : std::nullopt,
-                                 "-", "the same of the shortest way of all"});
-    }
+    for (int axis = 0; axis < 3; ++axis) all.push_back({phase, name, axis, {}, {}});
+  // A front is one thread's work.
+  tbb::parallel_for(std::size_t(0), all.size(), [&](std::size_t n) {
+    all[n].euclidean = tortuosity_by_fast_marching(sample.image, all[n].phase, all[n].axis);
+    all[n].steps = tortuosity_by_steps(sample.image, all[n].phase, all[n].axis);
+  });
+
+  for (const Paths& paths : all) {
+    const std::string along = fmt::format("{}_tortuosity_{}", paths.name, axis_names[paths.axis]);
+    const auto of = [](const std::optional<Tortuosity>& t, double Tortuosity::*value) {
+      return t ? std::optional((*t).*value) : std::nullopt;
+    };
+    result.measures.push_back(
+        {along, of(paths.euclidean, &Tortuosity::mean), "-",
+         fmt::format(
+             "geodesic tortuosity: shortest way through the {0} from the lower face along {1} to a voxel of "
+             "the "
+             "upper one, mean over the voxels reached, over the straight way; fast marching (Sethian 1996). "
+             "null: the {0} does not percolate along {1}",
+             paths.name, axis_names[paths.axis])});
+    result.measures.push_back({along + "_steps", of(paths.steps, &Tortuosity::mean), "-",
+                               "the same by steps between face neighbours, the burning of Herrmann et al. "
+                               "1984 and of Blatny et al. 2021, Fig. "
+                               "B.16b: oblique ways are too long by up to sqrt(3)"});
+    result.measures.push_back({along + "_least", of(paths.euclidean, &Tortuosity::least), "-",
+                               "the same of the shortest way of all, by fast marching"});
+  }
 }
 
 }  // namespace anticrack

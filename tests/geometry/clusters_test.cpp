@@ -7,9 +7,9 @@
 
 #include "errors.h"
 #include "expect_error.h"
+#include "images/segmentation.h"
 #include "measured_shapes.h"
 #include "measures/geodesic.h"
-#include "scan.h"
 
 namespace anticrack {
 namespace {
@@ -115,12 +115,8 @@ TEST(Clusters, OfAnAbsentPhaseAreNone) {
 }
 
 TEST(Clusters, OfTheBereaScanAreExact) {
-  const std::filesystem::path file = ANTICRACK_ASSETS "/scans/berea.tif";
-  if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
-  const VoxelImage scan = read_voxel_image(file);
-  PhaseImage image{scan.size, 5.345e-6, {}};
-  image.solid.reserve(scan.labels.size());
-  for (const auto label : scan.labels) image.solid.push_back(label == 255);
+  PhaseSlices slices(open_image(ANTICRACK_ASSETS "/scans/berea.tif"), "berea.tif", {});
+  const PhaseImage image = read_phase_image(slices, 5.345e-6);
   const Clusters pores = find_clusters(image, Phase::pore, Connectivity::faces);
   std::uint64_t voxels = 0;
   for (const Cluster& cluster : pores.clusters) voxels += cluster.voxels;
