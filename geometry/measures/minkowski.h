@@ -43,7 +43,7 @@ enum class CroftonDirections { three = 3, thirteen = 13 };
 /// Surface area [m^2] by Crofton's formula, S = 2 sum_d w_d N_d h^2 / |d|: N_d changes of phase along the
 /// lattice lines of direction d; w_d its share of the sphere (Voronoi cells; Lang, Ohser and Hilfer 2001).
 /// Unbiased where all directions of the surface occur alike and it is smooth; of one plane, three directions
-/// see 0.667 to 1.155 of the area, thirteen 0.927 to 1.035.
+/// see 0.667 to 1.155 of the area, thirteen 0.927 to 1.023.
 double surface_area(const NeighbourhoodCounts& counts, CroftonDirections directions);
 
 /// Integral of mean curvature [m], of (k1 + k2) / 2 over the surface: 4 pi R for a ball. 2 pi times the mean
