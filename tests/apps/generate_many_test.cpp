@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <set>
 
@@ -87,8 +88,11 @@ TEST_F(GenerateMany, StoppedByASignalLeavesWholeFilesAndIsResumed) {
   kill(child, SIGTERM);
   EXPECT_EQ(exit_status(child), 75);
   int files = 0;
-  for (const auto& entry : fs::directory_iterator(samples()))
-    if (entry.path().extension() == ".vdb") ++files, EXPECT_NO_THROW(read_microstructure(entry.path()));
+  for (const auto& entry : fs::directory_iterator(samples())) {
+    if (entry.path().extension() != ".vdb") continue;
+    ++files;
+    EXPECT_NO_THROW(read_microstructure(entry.path()));
+  }
   const std::string index = read_text(samples() / "index.csv");
   EXPECT_EQ(std::ranges::count(index, '\n'), files + 1);
   EXPECT_EQ(run(generate("--count 3 --resume --set sample.resolution=20")).status, 0);

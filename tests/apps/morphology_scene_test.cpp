@@ -42,7 +42,7 @@ TEST_F(MorphologyScene, HoldsEveryKeyAndReadsBack) {
 
 TEST_F(MorphologyScene, RefusesWhatIsOutOfRangeOrContradictory) {
   EXPECT_ERROR(read({"microstructure.morphology=foam"}), SceneError,
-               "microstructure.morphology = \"foam\"; expected \"single_cut\", \"two_cut\", \"open_cell\" or "
+               "microstructure.morphology = foam; expected \"single_cut\", \"two_cut\", \"open_cell\" or "
                "\"closed_cell\".");
   EXPECT_ERROR(read({"microstructure.anisotropy=0"}), SceneError,
                "microstructure.anisotropy = 0; expected 0.1 <= anisotropy <= 10.");
