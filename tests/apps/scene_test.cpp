@@ -212,12 +212,17 @@ TEST(ToToml, WritesTheTransferWithItsOwnKeysOnly) {
 }
 
 TEST(ShippedScenes, AreRead) {
+  // One names a file that its script makes; any file that exists will do to read the scene.
+  const TemporaryFolder folder;
+  const std::string made = "microstructure.file=" + folder.write("sample.vdb", "").string();
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(ANTICRACK_ASSETS "/scenes")) {
     if (entry.path().extension() != ".toml") continue;
     ++count;
     SCOPED_TRACE(entry.path());
-    EXPECT_NO_THROW(expect_round_trip(read_scene(entry.path())));
+    const bool from_file = entry.path().filename() == "berea_sandstone.toml";
+    EXPECT_NO_THROW(
+        expect_round_trip(read_scene(entry.path(), std::span(&made, std::size_t(from_file ? 1 : 0)))));
   }
   EXPECT_GE(count, 7);
 }
