@@ -31,7 +31,7 @@ class CubeField {
 
   /// The sample of the paper: the level of theory, so that phi holds on average only.
   PhaseImage cut(double solid_fraction) const {
-    const double t = cut_threshold(FieldCut::single, solid_fraction);
+    const double t = theoretical_threshold(Morphology::single_cut, solid_fraction);
     PhaseImage image{lattice_.points, lattice_.spacing, std::vector<std::uint8_t>(values_.size())};
     for (std::size_t n = 0; n < values_.size(); ++n) image.solid[n] = values_[n] > t;
     return image;
@@ -43,7 +43,7 @@ class CubeField {
 };
 
 FieldTheory theory(double solid_fraction, double heterogeneity = paper_heterogeneity) {
-  return {FieldCut::single, solid_fraction, GammaSpectrum::of({1, mean_wavelengths, heterogeneity, 0}, 1.0)};
+  return {Morphology::single_cut, solid_fraction, GammaSpectrum::of({1, mean_wavelengths, heterogeneity, 0}, 1.0)};
 }
 
 /// Mean and deviation over realizations, point by point.

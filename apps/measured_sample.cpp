@@ -52,11 +52,10 @@ std::optional<FieldTheory> theory_of(const Microstructure& structure) {
   if (!source || *source != "gaussian_random_field" || !phi || *phi >= 1 || !wavelengths || !heterogeneity)
     return {};
   const double side = *std::ranges::min_element(structure.lattice.points) * structure.lattice.spacing;
-  const FieldCut cut = !morphology || *morphology == "single_cut" ? FieldCut::single
-                       : *morphology == "two_cut"                 ? FieldCut::two_cut
-                       : *morphology == "open_cell"               ? FieldCut::open_cell
-                                                                  : FieldCut::closed_cell;
-  return FieldTheory{cut, *phi, GammaSpectrum::of({1, *wavelengths, *heterogeneity, 0}, side)};
+  const auto name = std::ranges::find(morphology_names, morphology ? *morphology : std::string("single_cut"));
+  if (name == morphology_names.end()) return {};
+  return FieldTheory{Morphology(name - morphology_names.begin()), *phi,
+                     GammaSpectrum::of({1, *wavelengths, *heterogeneity, 0}, side)};
 }
 
 MeasuredSample load_measured_sample(const std::string& input, const ImageOptions& options,

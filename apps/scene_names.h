@@ -3,12 +3,13 @@
 #include <array>
 #include <string_view>
 
+#include "morphology.h"
+
 namespace anticrack::scene_names {
 
 // The texts of a scene's choices, in the order of their enumerations, for reading and writing.
 inline constexpr std::array<std::string_view, 4> source = {"gaussian_random_field", "vdb", "scan", "full"};
-inline constexpr std::array<std::string_view, 4> morphology = {"single_cut", "two_cut", "open_cell",
-                                                               "closed_cell"};
+inline constexpr auto& morphology = morphology_names;
 inline constexpr std::array<std::string_view, 2> threshold_rule = {"theory", "exact"};
 inline constexpr std::array<std::string_view, 2> model = {"drucker_prager_softening", "hencky"};
 inline constexpr std::array<std::string_view, 2> loading = {"triaxial", "confined_compression"};

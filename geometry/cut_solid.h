@@ -5,21 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "morphology.h"
 #include "padded_field.h"
 
 namespace anticrack {
-
-/// What part of space is solid, given independent Gaussian random fields G, G_1, G_2 of one law.
-enum class Morphology {
-  single_cut,   ///< G > t
-  two_cut,      ///< |G| < t: sheets
-  open_cell,    ///< |G_1| < t and |G_2| < t: struts along the curves where two sheets cross
-  closed_cell,  ///< |G_1| < t or |G_2| < t: walls that cross
-};
-
-constexpr int field_count(Morphology morphology) {
-  return morphology == Morphology::open_cell || morphology == Morphology::closed_cell ? 2 : 1;
-}
 
 /// A smooth surface {field = level}.
 struct Sheet {

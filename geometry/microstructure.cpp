@@ -30,16 +30,6 @@ void require_valid(const SampleLattice& lattice) {
                      "; expected at least one point along each axis and a finite spacing > 0");
 }
 
-// The t in (low, high) at which the increasing `excess` changes its sign, to the last bit.
-template <class Function>
-double bisect(double low, double high, const Function& excess) {
-  for (;;) {
-    const double middle = 0.5 * (low + high);
-    if (middle <= low || middle >= high) return middle;
-    (excess(middle) < 0 ? low : high) = middle;
-  }
-}
-
 PaddedField full_excess(const SampleLattice& lattice) {
   PaddedField field{lattice.points, {}};
   constexpr int p = PaddedField::padding;
@@ -120,25 +110,13 @@ void require_resolved(const SampleLattice& lattice, const GaussianRandomFieldSpe
 
 }  // namespace
 
-double theoretical_threshold(Morphology morphology, double solid_fraction) {
-  if (morphology == Morphology::single_cut)  // erfc keeps its digits for small phi
-    return bisect(-7.0, 30.0, [&](double t) { return 2.0 * solid_fraction - std::erfc(t); });
-  // 1 - sqrt(1 - phi) and its like without cancellation.
-  const double cut = morphology == Morphology::two_cut ? solid_fraction
-                     : morphology == Morphology::open_cell
-                         ? std::sqrt(solid_fraction)
-                         : solid_fraction / (1 + std::sqrt(1 - solid_fraction));
-  return bisect(0.0, 7.0, [&](double t) { return std::erf(t) - cut; });
-}
-
 std::map<std::string, MetadataValue> microstructure_metadata(const GaussianRandomFieldSpec& spec,
                                                              double solid_fraction, ThresholdRule rule,
                                                              Morphology morphology) {
-  constexpr std::array<const char*, 4> names = {"single_cut", "two_cut", "open_cell", "closed_cell"};
   constexpr std::array<const char*, 3> axes = {"x", "y", "z"};
   std::map<std::string, MetadataValue> result = {
       {"source", "gaussian_random_field"},
-      {"morphology", names[std::size_t(morphology)]},
+      {"morphology", std::string(morphology_names[std::size_t(morphology)])},
       {"solid_fraction", solid_fraction},
       {"waves", std::int64_t(spec.waves)},
       {"seed", std::to_string(spec.seed)},

@@ -8,8 +8,8 @@
 #include <variant>
 #include <vector>
 
-#include "cut_solid.h"
 #include "gaussian_random_field.h"
+#include "morphology.h"
 #include "sample_lattice.h"
 #include "vec3.h"
 
@@ -45,11 +45,6 @@ enum class ThresholdRule {
   theory,  ///< the threshold that meets phi on average over realizations; see `theoretical_threshold`
   exact,   ///< the order statistic on the lattice: phi holds for this sample to one lattice point
 };
-
-/// t at which a morphology has the solid fraction phi on average, the field being normal with variance 1/2.
-/// Single cut: erf(t) = 1 - 2 phi (Eq. 4). Two-cut: erf(t) = phi. Open cell: erf(t) = sqrt(phi), each of the
-/// independent two-cuts having the square root. Closed cell: erf(t) = 1 - sqrt(1 - phi).
-double theoretical_threshold(Morphology morphology, double solid_fraction);
 
 /// A cut through one or two Gaussian random fields, capped by the sample box (Eqs. 1-4).
 /// @param solid_fraction  phi, in (0, 1]; 1 is the full block

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <boost/math/special_functions/erf.hpp>
 #include <boost/math/special_functions/owens_t.hpp>
 #include <cmath>
 #include <numbers>
@@ -16,14 +15,11 @@ namespace {
 constexpr double pi = std::numbers::pi;
 
 // The fraction of one field's cut that gives the whole its solid fraction.
-double fraction_of_one(FieldCut cut, double solid_fraction) {
+double fraction_of_one(Morphology morphology, double solid_fraction) {
   if (!(solid_fraction > 0 && solid_fraction < 1))
     throw InputError(fmt::format(
         "theory of Gaussian cuts: solid fraction = {:g}; expected 0 < solid fraction < 1", solid_fraction));
-  if (cut == FieldCut::open_cell) return std::sqrt(solid_fraction);
-  if (cut == FieldCut::closed_cell)
-    return solid_fraction / (1 + std::sqrt(1 - solid_fraction));  // 1 - sqrt(1 - phi)
-  return solid_fraction;
+  return fraction_of_one_cut(morphology, solid_fraction);
 }
 
 // Two standard normal variables of correlation rho are both above s.
@@ -34,13 +30,13 @@ double both_above(double s, double rho) {
 }
 
 // S2 of the whole by the field's correlation.
-double two_point_of_correlation(FieldCut cut, double solid_fraction, double rho) {
-  const double p = fraction_of_one(cut, solid_fraction);
-  const double s = std::numbers::sqrt2 * cut_threshold(cut, solid_fraction);
-  if (cut == FieldCut::single) return both_above(s, rho);
+double two_point_of_correlation(Morphology morphology, double solid_fraction, double rho) {
+  const double p = fraction_of_one(morphology, solid_fraction);
+  const double s = std::numbers::sqrt2 * theoretical_threshold(morphology, solid_fraction);
+  if (morphology == Morphology::single_cut) return both_above(s, rho);
   const double both = 2 * p - 1 + 2 * both_above(s, rho) + 2 * both_above(s, -rho);  // |x| < s and |y| < s
-  if (cut == FieldCut::two_cut) return both;
-  if (cut == FieldCut::open_cell) return both * both;
+  if (morphology == Morphology::two_cut) return both;
+  if (morphology == Morphology::open_cell) return both * both;
   const double neither = 1 - 2 * p + both;  // of one field; the pores are outside of both sheets
   return 2 * solid_fraction - 1 + neither * neither;
 }
@@ -73,33 +69,29 @@ double wavelengths_density(double wavelengths, double mean_wavelengths, double h
   return shape / mean_wavelengths * std::exp(heterogeneity * std::log(x) - x - std::lgamma(shape));
 }
 
-double cut_threshold(FieldCut cut, double solid_fraction) {
-  const double p = fraction_of_one(cut, solid_fraction);
-  return cut == FieldCut::single ? boost::math::erfc_inv(2 * p) : boost::math::erf_inv(p);
-}
-
 double two_point_probability(const FieldTheory& theory, double r) {
-  return two_point_of_correlation(theory.cut, theory.solid_fraction, field_correlation(theory.spectrum, r));
+  return two_point_of_correlation(theory.morphology, theory.solid_fraction,
+                                  field_correlation(theory.spectrum, r));
 }
 
 MinkowskiDensities minkowski_densities(const FieldTheory& theory) {
-  const double p = fraction_of_one(theory.cut, theory.solid_fraction);
-  const double s = std::numbers::sqrt2 * cut_threshold(theory.cut, theory.solid_fraction);
+  const double p = fraction_of_one(theory.morphology, theory.solid_fraction);
+  const double s = std::numbers::sqrt2 * theoretical_threshold(theory.morphology, theory.solid_fraction);
   const double l = mean_square_wave_number(theory.spectrum) / 3, weight = std::exp(-0.5 * s * s);
 
   MinkowskiDensities one{.surface = 2 / pi * std::sqrt(l) * weight,
                          .mean_curvature = l * s * weight / std::sqrt(2 * pi),
                          .euler = std::pow(l, 1.5) * (s * s - 1) * weight / (4 * pi * pi)};
-  if (theory.cut == FieldCut::single) return one;
+  if (theory.morphology == Morphology::single_cut) return one;
 
   // The sheet between -s and s: above -s, and not above s. Curvatures turn their sign with the side.
   one = {2 * one.surface, -2 * one.mean_curvature, 2 * one.euler};
-  if (theory.cut == FieldCut::two_cut) return one;
+  if (theory.morphology == Morphology::two_cut) return one;
 
   // Both of two independent sets of fraction q. For a union: the complement of both complements, whose mean
   // curvature has the other sign.
-  const double side = theory.cut == FieldCut::open_cell ? 1 : -1;
-  const double q = theory.cut == FieldCut::open_cell ? p : 1 - p;
+  const double side = theory.morphology == Morphology::open_cell ? 1 : -1;
+  const double q = theory.morphology == Morphology::open_cell ? p : 1 - p;
   const double surface = one.surface, mean_curvature = side * one.mean_curvature;
   return {.surface = 2 * q * surface,
           .mean_curvature = side * (2 * q * mean_curvature + pi * pi / 16 * surface * surface),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gaussian_random_field.h"
+#include "morphology.h"
 
 namespace anticrack {
 
@@ -25,25 +26,12 @@ double mean_square_wave_number(const GammaSpectrum& spectrum);
 /// @param mean_wavelengths  N_w, the mean of N
 double wavelengths_density(double wavelengths, double mean_wavelengths, double heterogeneity);
 
-/// Solids cut from Gaussian random fields G, or from two independent ones; G has the variance 1/2.
-enum class FieldCut {
-  single,       ///< G > t
-  two_cut,      ///< |G| < t (Berk 1987)
-  open_cell,    ///< both |G_1| < t and |G_2| < t (Roberts & Garboczi 2002)
-  closed_cell,  ///< |G_1| < t or |G_2| < t
-};
-
 /// What probability theory says of an endless sample.
 struct FieldTheory {
-  FieldCut cut;
+  Morphology morphology;
   double solid_fraction;  ///< phi [-], in (0, 1)
   GammaSpectrum spectrum;
 };
-
-/// t [-] of G: erfinv(1 - 2 phi), Eq. 4, for the single cut; erfinv(p) for cuts of both sides, where p is the
-/// fraction of one field's sheet: phi, sqrt(phi) (open cell), 1 - sqrt(1 - phi) (closed cell).
-/// @throws InputError  if the solid fraction is not in (0, 1)
-double cut_threshold(FieldCut cut, double solid_fraction);
 
 /// S2(r) [-], the probability that both ends of a vector of length r are solid. Single cut: phi - 2 T(s,
 /// sqrt((1-rho)/(1+rho))), s = sqrt(2) t, T Owen's function. @param r  [m], >= 0

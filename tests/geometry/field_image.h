@@ -26,8 +26,8 @@ inline PhaseImage image_of_field(const SampleLattice& lattice, const GaussianRan
   const auto field = GaussianRandomField::sample(spec, Vec3(lattice.size()).minCoeff());
   PhaseImage image{lattice.points, lattice.spacing, {}};
   image.solid.reserve(image.count());
-  for (float excess :
-       field.evaluate_excess_on_lattice(lattice, 0, cut_threshold(FieldCut::single, solid_fraction)))
+  for (float excess : field.evaluate_excess_on_lattice(
+           lattice, 0, theoretical_threshold(Morphology::single_cut, solid_fraction)))
     image.solid.push_back(excess > 0);
   return image;
 }

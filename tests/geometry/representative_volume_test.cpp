@@ -77,7 +77,7 @@ TEST(RepresentativeVolume, OfACutHasTheVarianceOfTheTheory) {
   constexpr int samples = 8;
   const SampleLattice lattice{{96, 96, 96}, 1.0 / 96};
   GaussianRandomFieldSpec spec{.waves = 10000, .wavelengths_per_side = 9, .heterogeneity = 50, .seed = 0};
-  const FieldTheory theory{FieldCut::single, 0.34, GammaSpectrum::of(spec, 1)};
+  const FieldTheory theory{Morphology::single_cut, 0.34, GammaSpectrum::of(spec, 1)};
   const std::vector<int> edges{24, 16, 12, 8};
   std::vector<double> variance(edges.size(), 0.0);
   for (spec.seed = 1; spec.seed <= samples; ++spec.seed) {

@@ -163,7 +163,7 @@ TEST(SurfaceMeasures, OfCutsAreThoseOfTheTheory) {
   const double phi = 0.34;
   const SampleLattice lattice{{131, 131, 131}, 1.0 / 131};
   GaussianRandomFieldSpec spec{.waves = 10000, .wavelengths_per_side = 9, .heterogeneity = 50, .seed = 0};
-  const auto theory = minkowski_densities({FieldCut::single, phi, GammaSpectrum::of(spec, 1)});
+  const auto theory = minkowski_densities({Morphology::single_cut, phi, GammaSpectrum::of(spec, 1)});
   const Window window = inner_window(lattice.size(), 2 * lattice.spacing);
   const double volume = (window.upper - window.lower).prod();
   MinkowskiDensities mean{};
@@ -184,9 +184,10 @@ TEST(SurfaceMeasures, OfSheetsAreThoseOfTheTheory) {
   constexpr double phi = 0.5;
   const SampleLattice lattice{{100, 100, 100}, 0.01};
   const Window window = inner_window(lattice.size(), 2 * lattice.spacing);
-  const double t = cut_threshold(FieldCut::two_cut, phi), volume = (window.upper - window.lower).prod();
+  const double t = theoretical_threshold(Morphology::two_cut, phi),
+               volume = (window.upper - window.lower).prod();
   GaussianRandomFieldSpec spec{.waves = 5000, .wavelengths_per_side = 4, .heterogeneity = 50, .seed = 0};
-  const auto theory = minkowski_densities({FieldCut::two_cut, phi, GammaSpectrum::of(spec, 1)});
+  const auto theory = minkowski_densities({Morphology::two_cut, phi, GammaSpectrum::of(spec, 1)});
   Eigen::Array3d mean = Eigen::Array3d::Zero(), squares = mean;
   for (spec.seed = 1; spec.seed <= samples; ++spec.seed) {
     const auto values = GaussianRandomField::sample(spec, 1).evaluate_on_lattice(lattice, 0);

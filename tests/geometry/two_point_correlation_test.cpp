@@ -149,7 +149,7 @@ class PaperSamples : public testing::Test {
   static constexpr double phi = 0.34;
   const SampleLattice lattice{{131, 131, 131}, 1.0 / 131};
   const FieldTheory theory{
-      FieldCut::single, phi, {.mean_wave_number = 18 * std::numbers::pi, .heterogeneity = 50}};
+      Morphology::single_cut, phi, {.mean_wave_number = 18 * std::numbers::pi, .heterogeneity = 50}};
   const double surface = minkowski_densities(theory).surface;
 
   PhaseImage sample(int seed) const {
