@@ -25,7 +25,7 @@ simulate "$scene" "$run" "triaxial compression to failure, 6.4 million particles
 
 say "Images: a minute each"
 "$anticrack" render "$run" --frame last --field kappa -o "$out/plastic_strain.png"
-"$anticrack" render "$run" --frame last --field kappa --cut z=0.5 -o "$out/plastic_strain_inside.png"
+"$anticrack" render "$run" --frame last --field kappa --cut z=0.000535 -o "$out/plastic_strain_inside.png"
 "$anticrack" render "$run" --plot --x=-strain_y --y p,q -o "$out/stress_strain.png"
 
 say "Done. Look at:"
