@@ -145,24 +145,6 @@ TEST(Cleaning, RefusesASampleThatDoesNotPercolate) {
   EXPECT_ERROR(remove_unconnected(empty, SpanningRule::x, Connectivity::faces), InputError, "there is none");
 }
 
-TEST(Cleaning, KeepsOnAverageTheReferencePartOfACutThroughAField) {
-  // Reference phi_p / phi at nine wavelengths: 0.90 at phi = 0.20, 0.98 at 0.25,
-  // 0.995 at 0.30; scatter of one sample about 0.03, 0.006 and 0.002, of the mean of three less than 0.6 of
-  // that; three sigma.
-  struct Case {
-    double phi, expected, tolerance;
-  };
-  for (const Case& c : {Case{0.20, 0.90, 0.05}, Case{0.25, 0.98, 0.011}, Case{0.30, 0.995, 0.004}}) {
-    double ratio = 0;
-    for (const std::uint64_t seed : {1, 2, 3}) {
-      const PhaseImage image = cut_of_field(131, 9, threshold_of_fraction(c.phi), seed);
-      const CleanedImage cleaned = remove_unconnected(image, SpanningRule::six_faces, Connectivity::faces);
-      ratio += cleaned.connected_solid_fraction / cleaned.solid_fraction / 3;
-    }
-    EXPECT_NEAR(ratio, c.expected, c.tolerance) << c.phi;
-  }
-}
-
 TEST(Burning, LeavesTheClustersThatSpanAnAxis) {
   for (const std::uint64_t seed : {1, 2}) {
     const PhaseImage image = cut_of_field(65, 5, threshold_of_fraction(0.2), seed);

@@ -165,28 +165,5 @@ TEST(MeanCurvature, ChangesSignWithThePhase) {
   EXPECT_NEAR(solid, -pore, 1e-9 * solid);
 }
 
-TEST(Minkowski, DensitiesOfCutsThroughAFieldAreThoseOfTheory) {
-  // S_V = (2/pi) sqrt(<eta^2>/3) exp(-t^2/2) and chi_V = (<eta^2>/3)^(3/2) (t^2 - 1) exp(-t^2/2) / (4 pi^2),
-  // t in units of the field's standard deviation.
-  const double eta = 2 * pi * 9, eta2 = eta * eta * 52 / 51;
-  for (const double phi : {0.25, 0.44}) {
-    const double t = std::sqrt(2.0) * threshold_of_fraction(phi);
-    const double surface = 2 / pi * std::sqrt(eta2 / 3) * std::exp(-t * t / 2);
-    const double euler = std::pow(eta2 / 3, 1.5) * (t * t - 1) * std::exp(-t * t / 2) / (4 * pi * pi);
-    double measured_surface = 0, measured_euler = 0;
-    for (const std::uint64_t seed : {1, 2, 3}) {
-      const auto counts =
-          count_neighbourhoods(cut_of_field(131, 9, threshold_of_fraction(phi), seed), BoxBoundary::open);
-      measured_surface += surface_area(counts, CroftonDirections::thirteen) / counts.volume() / 3;
-      measured_euler +=
-          (euler_density(counts, Connectivity::faces) + euler_density(counts, Connectivity::corners)) / 6;
-    }
-    // One sample scatters by 0.8 % in the surface; chords shorter than a voxel are lost, 1 % at 14.5 voxels a
-    // wavelength. Euler numbers scatter by about 6 % of the value at phi = 0.44 a sample.
-    EXPECT_NEAR(measured_surface / surface, 1, 0.025) << phi;
-    EXPECT_NEAR(measured_euler / euler, 1, 0.12) << phi;
-  }
-}
-
 }  // namespace
 }  // namespace anticrack
