@@ -106,7 +106,9 @@ void measure_chords(const MeasuredSample& sample, Characterization& result) {
                           "of the chords that no face cuts",
                           {},
                           {}};
-      for (std::size_t l = 1; l < chords.whole.size(); ++l) {
+      std::size_t end = chords.whole.size();
+      while (end > 1 && chords.whole[end - 1] == 0) --end;
+      for (std::size_t l = 1; l < end; ++l) {
         curve.x.push_back(double(l) * h);
         curve.y.push_back(all > 0 ? double(chords.whole[l]) / double(all) / h : 0);
       }

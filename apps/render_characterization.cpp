@@ -51,7 +51,7 @@ std::optional<Plot> plot_of(const Characterization& c, const char* title, const 
     }
   if (x_name.empty()) return {};
   const Scale scale = lengths ? length_scale(largest) : Scale{"", 1.0};
-  if (plot.y_label.empty()) plot.y_label = fmt::format("share of the volume [1/{}]", scale.unit);
+  if (lengths && plot.y_label.starts_with("share")) plot.y_label += fmt::format(" [1/{}]", scale.unit);
   plot.x_label = lengths ? fmt::format("{} [{}]", x_name, scale.unit) : x_name;
   for (const Wanted& want : wanted) {
     const MeasuredCurve* curve = c.find_curve(want.curve);
@@ -110,10 +110,11 @@ std::string draw_characterization(const Characterization& c) {
                {"correlation_y", "y"},
                {"correlation_z", "z"},
                {"correlation_periodic", "radial, periodic"}}));
-  add(plot_of(c, "Size distribution", "", {{"pore_size", "pores"}, {"solid_size", "solid"}}));
-  add(plot_of(c, "Chord lengths, pores", "",
+  add(plot_of(c, "Size distribution", "share of the volume",
+              {{"pore_size", "pores"}, {"solid_size", "solid"}}));
+  add(plot_of(c, "Chord lengths, pores", "share of the chords",
               {{"pore_chords_x", "x"}, {"pore_chords_y", "y"}, {"pore_chords_z", "z"}}));
-  add(plot_of(c, "Chord lengths, solid", "",
+  add(plot_of(c, "Chord lengths, solid", "share of the chords",
               {{"solid_chords_x", "x"}, {"solid_chords_y", "y"}, {"solid_chords_z", "z"}}));
   if (auto plot = plot_of(c, "Representative volume", "deviation of the solid fraction",
                           {{"representative_volume", "cubes", true}})) {
