@@ -15,8 +15,9 @@ namespace fs = std::filesystem;
 // What the fuzzers found of interest, and every input that once broke a reader.
 TEST(FuzzCorpus, IsReadOrRefused) {
   const std::pair<const char*, FuzzTarget*> targets[] = {
-      {"scene", fuzz_scene}, {"tiff", fuzz_tiff}, {"raw", fuzz_raw}, {"nrrd", fuzz_nrrd},
-      {"meta", fuzz_meta},   {"npy", fuzz_npy},   {"vdb", fuzz_vdb}, {"checkpoint", fuzz_checkpoint}};
+      {"scene", fuzz_scene},       {"tiff", fuzz_tiff}, {"raw", fuzz_raw},
+      {"nrrd", fuzz_nrrd},         {"meta", fuzz_meta}, {"npy", fuzz_npy},
+      {"spectrum", fuzz_spectrum}, {"vdb", fuzz_vdb},   {"checkpoint", fuzz_checkpoint}};
   for (const auto& [name, target] : targets) {
     int files = 0;
     for (const auto& entry : fs::directory_iterator(fs::path(ANTICRACK_CORPUS) / name)) {

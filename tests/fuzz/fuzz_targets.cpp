@@ -15,6 +15,7 @@
 #include "scene.h"
 #include "vdb_seal.h"
 #include "vdb_structure.h"
+#include "wave_spectrum.h"
 
 namespace anticrack {
 namespace {
@@ -91,6 +92,20 @@ void fuzz_meta(std::span<const std::uint8_t> bytes) {
 
 void fuzz_npy(std::span<const std::uint8_t> bytes) {
   read_image(bytes, ".npy");
+}
+
+void fuzz_spectrum(std::span<const std::uint8_t> bytes) {
+  const MemoryFile file(bytes, ".csv");
+  refuse_or_read([&] {
+    const WaveSpectrum spectrum = read_wave_spectrum(file.path());
+    double last = spectrum.rows().front().wave_number;
+    for (const double share : {0.0, 0.25, 0.5, 0.75, 0x1.fffffffffffffp-1}) {
+      const double wave_number = spectrum.quantile(share);
+      if (!(wave_number >= last && wave_number <= spectrum.rows().back().wave_number))
+        throw std::logic_error("a quantile outside its table");
+      last = wave_number;
+    }
+  });
 }
 
 void fuzz_vdb(std::span<const std::uint8_t> bytes) {

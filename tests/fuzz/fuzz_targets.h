@@ -15,6 +15,7 @@ FuzzTarget fuzz_raw;         ///< three bytes of shape, then a scan of raw bytes
 FuzzTarget fuzz_nrrd;        ///< a scan as NRRD
 FuzzTarget fuzz_meta;        ///< a scan as MetaImage
 FuzzTarget fuzz_npy;         ///< a scan as NumPy array
+FuzzTarget fuzz_spectrum;    ///< the table of a spectrum
 FuzzTarget fuzz_vdb;         ///< metadata of an OpenVDB file, as `anticrack info` and all readers take them
 FuzzTarget fuzz_checkpoint;  ///< a checkpoint whose checksums are made right first
 
