@@ -197,7 +197,11 @@ class Run {
 
   ProgressState progress() const {
     const double strain = Observer::loading_strain(*simulation_);
-    const double by_strain = until_strain(scene_) ? strain / *until_strain(scene_) : 0;
+    // Nobody knows when it will fail; the guess is good to a factor of two.
+    const double failure = expected_failure_strain(scene_.material, scene_.loading);
+    const double by_strain = until_strain(scene_) ? strain / *until_strain(scene_)
+                             : failure > 0        ? std::min(0.95, strain / failure)
+                                                  : 0;
     const double by_steps =
         options_.max_steps ? double(simulation_->steps()) / double(options_.max_steps) : 0;
     return {std::min(1.0, std::max(by_strain, by_steps)), simulation_->steps(), strain, rate()};
