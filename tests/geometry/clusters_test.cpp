@@ -147,7 +147,7 @@ TEST(Cleaning, RefusesASampleThatDoesNotPercolate) {
 
 TEST(Burning, LeavesTheClustersThatSpanAnAxis) {
   for (const std::uint64_t seed : {1, 2}) {
-    const PhaseImage image = cut_of_field(65, 5, threshold_of_fraction(0.2), seed);
+    const PhaseImage image = cut_of_field(65, 5, theoretical_threshold(Morphology::single_cut, 0.2), seed);
     const Clusters solid = find_clusters(image, Phase::solid, Connectivity::faces);
     for (int axis = 0; axis < 3; ++axis)
       EXPECT_EQ(burned_from_both_faces(image, Phase::solid, axis), solid.spanning_voxels(SpanningRule(axis)));

@@ -7,7 +7,7 @@
 
 #include "errors.h"
 #include "expect_error.h"
-#include "field_image.h"
+#include "measured_shapes.h"
 #include "random_stream.h"
 
 namespace anticrack {

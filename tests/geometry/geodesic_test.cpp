@@ -69,7 +69,7 @@ TEST(ArrivalTimes, FromAPointErrAsTheDocumentationSays) {
 }
 
 TEST(ArrivalTimes, SolveTheUpwindDifferencesInEveryVoxel) {
-  const PhaseImage image = cut_of_field(65, 5, threshold_of_fraction(0.4), 3);
+  const PhaseImage image = cut_of_field(65, 5, theoretical_threshold(Morphology::single_cut, 0.4), 3);
   const std::vector<float> times = arrival_times(image, Phase::solid, {0, false});
   const auto at = [&](int i, int j, int k) {
     const auto inside = [](int n) { return n >= 0 && n < 65; };
@@ -101,7 +101,7 @@ TEST(Burning, CountsLayersFromTheFace) {
 
 TEST(Tortuosity, OfTheVoidAtPhiIsThatOfTheSolidAtOneMinusPhi) {
   // Exactly, of the fields G and -G: the pore of {G > t} is {-G > -t}, but for points on the threshold.
-  const double t = threshold_of_fraction(0.6);
+  const double t = theoretical_threshold(Morphology::single_cut, 0.6);
   const PhaseImage cut = cut_of_field(65, 5, t, 4), mirrored = cut_of_field(65, 5, -t, 4, -1);
   for (int axis = 0; axis < 3; ++axis) {
     EXPECT_EQ(tortuosity_by_steps(cut, Phase::pore, axis)->mean,
@@ -114,13 +114,16 @@ TEST(Tortuosity, OfTheVoidAtPhiIsThatOfTheSolidAtOneMinusPhi) {
   double solid = 0, pore = 0;
   for (const std::uint64_t seed : {11, 12, 13, 14})
     for (int axis = 0; axis < 3; ++axis) {
-      solid += tortuosity_by_steps(cut_of_field(65, 5, threshold_of_fraction(0.44), seed), Phase::solid, axis)
-                   ->mean /
-               12;
-      pore +=
-          tortuosity_by_steps(cut_of_field(65, 5, threshold_of_fraction(0.56), seed + 50), Phase::pore, axis)
+      solid +=
+          tortuosity_by_steps(cut_of_field(65, 5, theoretical_threshold(Morphology::single_cut, 0.44), seed),
+                              Phase::solid, axis)
               ->mean /
           12;
+      pore += tortuosity_by_steps(
+                  cut_of_field(65, 5, theoretical_threshold(Morphology::single_cut, 0.56), seed + 50),
+                  Phase::pore, axis)
+                  ->mean /
+              12;
     }
   EXPECT_NEAR(solid, pore, 0.03);
 }

@@ -65,7 +65,7 @@ TEST(EulerNumber, TellsConnectivitiesApart) {
 }
 
 TEST(EulerNumber, IsVerticesMinusEdgesPlusFacesMinusCellsOfTheClosedVoxels) {
-  const PhaseImage image = cut_of_field(20, 4, threshold_of_fraction(0.4), 6);
+  const PhaseImage image = cut_of_field(20, 4, theoretical_threshold(Morphology::single_cut, 0.4), 6);
   const auto solid = [&](int i, int j, int k) {
     return i >= 0 && j >= 0 && k >= 0 && i < 20 && j < 20 && k < 20 && image.solid[image.offset(i, j, k)];
   };
@@ -85,7 +85,7 @@ TEST(EulerNumber, IsVerticesMinusEdgesPlusFacesMinusCellsOfTheClosedVoxels) {
 }
 
 TEST(EulerNumber, OfThePoreHasTheOtherConnectivity) {
-  const PhaseImage image = cut_of_field(33, 4, threshold_of_fraction(0.3), 2);
+  const PhaseImage image = cut_of_field(33, 4, theoretical_threshold(Morphology::single_cut, 0.3), 2);
   const auto solid = count_neighbourhoods(image, BoxBoundary::open);
   const auto pore = count_neighbourhoods(complement(image), BoxBoundary::open);
   EXPECT_EQ(eightfold_euler_number(solid, Connectivity::faces),
@@ -158,7 +158,7 @@ TEST(Crofton, WeighsEachDirectionByItsShareOfTheSphere) {
 }
 
 TEST(MeanCurvature, ChangesSignWithThePhase) {
-  const PhaseImage image = cut_of_field(33, 4, threshold_of_fraction(0.3), 2);
+  const PhaseImage image = cut_of_field(33, 4, theoretical_threshold(Morphology::single_cut, 0.3), 2);
   const double solid = integral_of_mean_curvature(count_neighbourhoods(image, BoxBoundary::open));
   const double pore = integral_of_mean_curvature(count_neighbourhoods(complement(image), BoxBoundary::open));
   EXPECT_GT(solid, 0);

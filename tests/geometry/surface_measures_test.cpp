@@ -11,8 +11,8 @@
 
 #include "errors.h"
 #include "expect_error.h"
-#include "field_image.h"
 #include "level_set.h"
+#include "measured_shapes.h"
 #include "measures/field_theory.h"
 #include "measures/two_point_correlation.h"
 #include "microstructure.h"
