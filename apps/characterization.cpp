@@ -26,7 +26,7 @@ Json number_or_null(const std::optional<double>& value) {
 
 }  // namespace
 
-const Measure* Characterization::find(std::string_view name) const {
+const MeasuredValue* Characterization::find(std::string_view name) const {
   return find_named(measures, name);
 }
 
@@ -41,7 +41,7 @@ std::string to_json(const Characterization& characterization) {
   Json& counts = json["counts"] = Json::object();
   for (const auto& [name, count] : characterization.counts) counts[name] = count;
   Json& measures = json["measures"] = Json::object();
-  for (const Measure& measure : characterization.measures) {
+  for (const MeasuredValue& measure : characterization.measures) {
     Json& entry = measures[measure.name];
     entry["value"] = number_or_null(measure.value);
     entry["unit"] = measure.unit;

@@ -9,7 +9,7 @@
 namespace anticrack {
 
 /// One number about a sample.
-struct Measure {
+struct MeasuredValue {
   std::string name;  ///< key in the report
   std::optional<double>
       value;         ///< nothing where it does not exist: a path through a sample that does not percolate
@@ -31,11 +31,11 @@ struct MeasuredCurve {
 struct Characterization {
   std::string input;
   std::vector<std::pair<std::string, std::uint64_t>> counts;  ///< exact
-  std::vector<Measure> measures;
+  std::vector<MeasuredValue> measures;
   std::vector<MeasuredCurve> curves;
   std::vector<std::pair<std::string, double>> seconds;  ///< of wall time, by group of measures
 
-  const Measure* find(std::string_view name) const;
+  const MeasuredValue* find(std::string_view name) const;
   const MeasuredCurve* find_curve(std::string_view name) const;
 };
 

@@ -73,7 +73,7 @@ std::string number(double value) {
 Table table_of(const Characterization& c) {
   Table table;
   const auto add = [&](const char* text, const char* name) {
-    const Measure* measure = c.find(name);
+    const MeasuredValue* measure = c.find(name);
     if (!measure) return;
     std::string value = measure->value && std::isfinite(*measure->value) ? number(*measure->value) : "none";
     if (measure->unit != "-") value += " " + measure->unit;
