@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <regex>
 #include <set>
 #include <string>
 
@@ -60,6 +61,27 @@ TEST(FolderDependencies, FileNamesAreUnique) {
       EXPECT_TRUE(is_new) << entry.path() << " and " << earlier->second;
     }
   }
+}
+
+// All are in one namespace: two definitions of a name would be mixed up by the linker without a word.
+TEST(FolderDependencies, TypesAreDefinedInOneHeader) {
+  std::map<std::string, fs::path> seen;
+  for (const auto& [folder, allowed] : may_include) {
+    for (const auto& entry : fs::recursive_directory_iterator(source_root / folder)) {
+      if (entry.path().extension() != ".h") continue;
+      std::ifstream stream(entry.path());
+      for (std::string line; std::getline(stream, line);) {
+        std::smatch match;
+        static const std::regex definition(
+            R"((?:enum )?(?:struct|class) (?:alignas\(\w+\) )?(\w+)[^:\w;](?:[^;]*\{|$).*)");
+        if (!std::regex_match(line, match, definition)) continue;
+        const std::string name = match[1];
+        const auto [earlier, is_new] = seen.emplace(name, entry.path());
+        EXPECT_TRUE(is_new) << name << " in " << entry.path() << " and " << earlier->second;
+      }
+    }
+  }
+  EXPECT_GT(seen.size(), 100u);
 }
 
 }  // namespace
