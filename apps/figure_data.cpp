@@ -43,7 +43,8 @@ class CubeField {
 };
 
 FieldTheory theory(double solid_fraction, double heterogeneity = paper_heterogeneity) {
-  return {Morphology::single_cut, solid_fraction, GammaSpectrum::of({1, mean_wavelengths, heterogeneity, 0}, 1.0)};
+  return {Morphology::single_cut, solid_fraction,
+          GammaSpectrum::of({1, mean_wavelengths, heterogeneity, 0}, 1.0)};
 }
 
 /// Mean and deviation over realizations, point by point.

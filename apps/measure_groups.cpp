@@ -15,7 +15,8 @@ std::span<const MeasureGroup> measure_groups() {
 
 std::optional<double> MeasuredSample::density_in_theory(double MinkowskiDensities::*density) const {
   if (!theory) return {};
-  const bool smooth = theory->morphology == Morphology::single_cut || theory->morphology == Morphology::two_cut;
+  const bool smooth =
+      theory->morphology == Morphology::single_cut || theory->morphology == Morphology::two_cut;
   if (!smooth && density != &MinkowskiDensities::surface) return {};
   return minkowski_densities(*theory).*density;
 }
