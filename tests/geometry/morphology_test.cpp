@@ -141,15 +141,16 @@ TEST(Morphology, DistanceIsThatToTheClosestPointOfTheAnalyticFields) {
   }
 }
 
-// The table of geometry/README.md: ANTICRACK_SWEEP=1 geometry_tests --gtest_filter='*FallWithTheResolution'
+// The table of geometry/README.md: ANTICRACK_SWEEP=1000 geometry_tests --gtest_filter='*FallWithTheResolution'
 TEST(Morphology, DistanceErrorsFallWithTheResolution) {
-  const bool sweep = std::getenv("ANTICRACK_SWEEP") != nullptr;
+  const char* points_tested = std::getenv("ANTICRACK_SWEEP");
+  const bool sweep = points_tested != nullptr;
   if (sweep)
     std::puts("morphology   points/wavelength  rms |d|<1   largest     rms band    largest     > 0.02");
   for (const Morphology morphology : all) {
     double coarsest = 0, finest = 0;
     for (const double points : sweep ? std::vector{5.0, 7.0, 10.0, 14.0} : std::vector{7.0, 14.0}) {
-      const Errors errors = distance_errors(morphology, points, 0.5, sweep ? 120 : 60);
+      const Errors errors = distance_errors(morphology, points, 0.5, sweep ? std::atoi(points_tested) : 60);
       const double near = std::sqrt(errors.near_squares / errors.near);
       if (sweep)
         std::printf("%-12s %-18g %-11.1e %-11.1e %-11.1e %-11.1e %d of %d\n", name_of(morphology), points,
