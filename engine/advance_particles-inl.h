@@ -240,25 +240,32 @@ template <Transfer transfer>
 HWY_INLINE void grid_to_particles(const StepConstants& c, const ParticlePointers& p, const BlockView& block,
                                   const Tile& nodes, const ChunkRange& range,
                                   Chunk<transfer == Transfer::apic>& chunk) {
-  const ParticleVector d;
-  using V = hn::Vec<ParticleVector>;
+  // Reads and writes as many particles as a vector has lanes, of which those before `to` count.
+  const auto move = [&](auto d, const CellPolynomial& grid, std::size_t i, std::size_t to) ANTICRACK_INLINE {
+    using V = hn::Vec<decltype(d)>;
+    const auto here = hn::FirstN(d, to - i);
+    V s[3], v[3];
+    for (int a = 0; a < 3; ++a) s[a] = hn::MaskedLoad(here, d, p.s[a] + i);
+    for (int a = 0; a < 3; ++a)
+      v[a] = transfer == Transfer::flip ? hn::MaskedLoad(here, d, p.v[a] + i) : hn::Zero(d);
+    const Moved<V> moved = interpolate<transfer>(d, c, grid, s, s, v);
+    const std::size_t l = i - range.begin;
+    for (int a = 0; a < 3; ++a) hn::StoreU(moved.s[a], d, chunk.s[a] + l);
+    for (int a = 0; a < 3; ++a) hn::StoreU(moved.v[a], d, chunk.v[a] + l);
+    for (int e = 0; e < 9; ++e) hn::StoreU(moved.L[e / 3][e % 3], d, chunk.L[e] + l);
+    if constexpr (transfer == Transfer::apic)
+      for (int e = 0; e < 9; ++e) hn::StoreU(moved.affine[e], d, chunk.affine[e] + l);
+  };
   const auto visit_cell = [&](int first_node, std::size_t from, std::size_t to) ANTICRACK_INLINE {
     CellPolynomial grid;
     make_polynomial<channels<transfer>>(&nodes[first_node], tile_edge * tile_edge, tile_edge, grid);
-    for (std::size_t i = from; i < to; i += hn::MaxLanes(d)) {
-      const auto here = hn::FirstN(d, to - i);
-      V s[3], v[3];
-      for (int a = 0; a < 3; ++a) s[a] = hn::MaskedLoad(here, d, p.s[a] + i);
-      for (int a = 0; a < 3; ++a)
-        v[a] = transfer == Transfer::flip ? hn::MaskedLoad(here, d, p.v[a] + i) : hn::Zero(d);
-      const Moved<V> moved = interpolate<transfer>(d, c, grid, s, s, v);
-      const std::size_t l = i - range.begin;
-      for (int a = 0; a < 3; ++a) hn::StoreU(moved.s[a], d, chunk.s[a] + l);
-      for (int a = 0; a < 3; ++a) hn::StoreU(moved.v[a], d, chunk.v[a] + l);
-      for (int e = 0; e < 9; ++e) hn::StoreU(moved.L[e / 3][e % 3], d, chunk.L[e] + l);
-      if constexpr (transfer == Transfer::apic)
-        for (int e = 0; e < 9; ++e) hn::StoreU(moved.affine[e], d, chunk.affine[e] + l);
-    }
+    const ParticleVector wide;
+    const hn::CappedTag<double, 4> narrow;
+    constexpr std::size_t few = hn::MaxLanes(narrow);
+    std::size_t i = from;
+    if constexpr (hn::MaxLanes(wide) > few)
+      for (; i + few < to; i += hn::MaxLanes(wide)) move(wide, grid, i, to);
+    for (; i < to; i += few) move(narrow, grid, i, to);
   };
   for_each_cell(block, range.begin, range.end, visit_cell);
 }

@@ -187,7 +187,7 @@ HWY_INLINE void add_to_nodes(D d, const Contributions<size, with_affine>& g, int
 template <int size, bool with_affine>
 HWY_INLINE void add_to_cell(const Contributions<size, with_affine>& g, int begin, int end, Node* nodes,
                             int stride_x, int stride_y) {
-  const NodeVector d;
+  const hn::CappedTag<double, 4> d;
   constexpr int width = int(hn::MaxLanes(d));
   if constexpr (width == 8) {
     add_to_nodes<true, true>(d, g, begin, end, 0, nodes, stride_x, stride_y);
