@@ -244,17 +244,19 @@ HWY_INLINE void grid_to_particles(const StepConstants& c, const ParticlePointers
   const auto move = [&](auto d, const CellPolynomial& grid, std::size_t i, std::size_t to) ANTICRACK_INLINE {
     using V = hn::Vec<decltype(d)>;
     const auto here = hn::FirstN(d, to - i);
-    V s[3], v[3];
+    V s[3];
     for (int a = 0; a < 3; ++a) s[a] = hn::MaskedLoad(here, d, p.s[a] + i);
-    for (int a = 0; a < 3; ++a)
-      v[a] = transfer == Transfer::flip ? hn::MaskedLoad(here, d, p.v[a] + i) : hn::Zero(d);
-    const Moved<V> moved = interpolate<transfer>(d, c, grid, s, s, v);
+    const Place<V> at = place_of(d, s);
     const std::size_t l = i - range.begin;
-    for (int a = 0; a < 3; ++a) hn::StoreU(moved.s[a], d, chunk.s[a] + l);
-    for (int a = 0; a < 3; ++a) hn::StoreU(moved.v[a], d, chunk.v[a] + l);
-    for (int e = 0; e < 9; ++e) hn::StoreU(moved.L[e / 3][e % 3], d, chunk.L[e] + l);
-    if constexpr (transfer == Transfer::apic)
-      for (int e = 0; e < 9; ++e) hn::StoreU(moved.affine[e], d, chunk.affine[e] + l);
+    for (int a = 0; a < 3; ++a) {
+      const V v = transfer == Transfer::flip ? hn::MaskedLoad(here, d, p.v[a] + i) : hn::Zero(d);
+      const Moved<V> moved = interpolate<transfer>(d, c, grid, at, a, s[a], v);
+      hn::StoreU(moved.s, d, chunk.s[a] + l);
+      hn::StoreU(moved.v, d, chunk.v[a] + l);
+      for (int e = 0; e < 3; ++e) hn::StoreU(moved.L[e], d, chunk.L[3 * a + e] + l);
+      if constexpr (transfer == Transfer::apic)
+        for (int e = 0; e < 3; ++e) hn::StoreU(moved.affine[e], d, chunk.affine[3 * a + e] + l);
+    }
   };
   const auto visit_cell = [&](int first_node, std::size_t from, std::size_t to) ANTICRACK_INLINE {
     CellPolynomial grid;

@@ -52,21 +52,25 @@ void advance_one(const StepConstants& c, const ParticlePointers& p, std::uint32_
   CellPolynomial grid;
   make_polynomial<channels<transfer>>(nodes, 9, 3, grid);
   OneParticle<transfer == Transfer::apic> one(p, particle, shift);
-  const Moved<V> moved = interpolate<transfer>(d, c, grid, one.place, one.s, one.v);
-  for (int a = 0; a < 3; ++a) one.s[a] = moved.s[a];
-  for (int a = 0; a < 3; ++a) one.v[a] = moved.v[a];
-  if constexpr (transfer == Transfer::apic)
-    for (int e = 0; e < 9; ++e) one.affine[e] = moved.affine[e];
+  const Place<V> at = place_of(d, one.place);
+  V L[3][3];
+  for (int a = 0; a < 3; ++a) {
+    const Moved<V> moved = interpolate<transfer>(d, c, grid, at, a, one.s[a], one.v[a]);
+    one.s[a] = moved.s;
+    one.v[a] = moved.v;
+    for (int e = 0; e < 3; ++e) L[a][e] = moved.L[e];
+    if constexpr (transfer == Transfer::apic)
+      for (int e = 0; e < 3; ++e) one.affine[3 * a + e] = moved.affine[e];
+  }
   LaneSums<V> sums = zero_sums(d);
   hn::Mask<OneLane> inverted;
-  one.h = elastic_trial(d, moved.L, one.h, inverted);
+  one.h = elastic_trial(d, L, one.h, inverted);
   note_failure(d, inverted, particle, "det(I + dt grad v)", result);
   HenckyStrain<V> strain = hencky_strain(d, one.h);
   if constexpr (model != Model::hencky) {
     const Returned<OneLane> r =
         return_to_yield_surface<model>(d, c.material, strain.trace, strain.norm, one.kappa);
-    if (!hn::AllFalse(d, r.yielded))
-      apply_return(d, c, moved.L, r.yielded, r, strain, one.h, one.kappa, sums);
+    if (!hn::AllFalse(d, r.yielded)) apply_return(d, c, L, r.yielded, r, strain, one.h, one.kappa, sums);
   }
   note_failure(d, not_finite(d, strain, one.v, one.kappa), particle, "velocity, elastic strain or kappa",
                result);

@@ -130,48 +130,44 @@ HWY_INLINE Sampled<V> sample(D d, const CellPolynomial& p, int channel, const Pl
   return f;
 }
 
-/// Velocity and place after the step, and the gradient that strains the particle.
+/// A component of velocity and place after the step, and of the gradient that strains the particle.
 template <class V>
 struct Moved {
-  V s[3], v[3];
-  V L[3][3];    ///< dt grad v
-  V affine[9];  ///< dx C, APIC only
+  V s, v;
+  V L[3];       ///< dt grad v
+  V affine[3];  ///< dx C, APIC only
 };
 
 /// Numbers of a node that a transfer reads: velocity and mass, and the increment.
 template <Transfer transfer>
 constexpr int channels = transfer == Transfer::flip ? 8 : 4;
 
-/// Lines 12 and 13 of Algorithm 1, and dt grad v for line 7; `place` is relative to the cell of `grid`, `s`
-/// to the particle's own.
+/// Lines 12 and 13 of Algorithm 1, and dt grad v for line 7, of one component; `at` is relative to the cell
+/// of `grid`, `s` to the particle's own.
 ///
 /// APIC (Jiang et al. 2015, quadratic splines): C = 4 / dx^2 sum_i N_i v_i (x_i - x)^T. On one axis, with k =
 /// 0, 1, 2 the node, the moment of a weight is N_k (k - 1/2 - s) = N_k'/4 + N_k'' (2 s - 1) s (1 - s)/4, so
 /// that C is the gradient and a share of the second derivative.
 template <Transfer transfer, class D, class V = hn::Vec<D>>
-HWY_INLINE Moved<V> interpolate(D d, const StepConstants& c, const CellPolynomial& grid, const V (&place)[3],
-                                const V (&s)[3], const V (&v)[3]) {
-  const V dt_over_dx = hn::Set(d, c.dt / c.cell_size), flip = hn::Set(d, c.flip);
-  const Place<V> at = place_of(d, place);
-  const V one = hn::Set(d, 1.0);
-  V share[3];
-  for (int e = 0; e < 3; ++e) share[e] = (place[e] + place[e] - one) * (place[e] * (one - place[e]));
-  Moved<V> moved;
+HWY_INLINE Moved<V> interpolate(D d, const StepConstants& c, const CellPolynomial& grid, const Place<V>& at,
+                                int component, V s, V v) {
+  const V dt_over_dx = hn::Set(d, c.dt / c.cell_size), one = hn::Set(d, 1.0);
   constexpr bool affine = transfer == Transfer::apic;
-  constexpr Derivatives derivatives = affine ? Derivatives::second : Derivatives::first;
-  for (int a = 0; a < 3; ++a) {
-    const Sampled<V> pic = sample<derivatives>(d, grid, a, at);
-    moved.s[a] = hn::MulAdd(dt_over_dx, pic.value, s[a]);  // line 13
-    moved.v[a] = pic.value;                                // line 12
-    if constexpr (transfer == Transfer::flip) {
-      const Sampled<V> dv = sample<Derivatives::none>(d, grid, a + 4, at);
-      moved.v[a] = hn::MulAdd(flip, v[a] + dv.value - pic.value, pic.value);
-    }
-    for (int e = 0; e < 3; ++e) moved.L[a][e] = dt_over_dx * pic.gradient[e];
-    if constexpr (affine)
-      for (int e = 0; e < 3; ++e)
-        moved.affine[3 * a + e] = hn::MulAdd(share[e], pic.curvature[e], pic.gradient[e]);
+  const Sampled<V> pic =
+      sample < affine ? Derivatives::second : Derivatives::first > (d, grid, component, at);
+  Moved<V> moved;
+  moved.s = hn::MulAdd(dt_over_dx, pic.value, s);  // line 13
+  moved.v = pic.value;                             // line 12
+  if constexpr (transfer == Transfer::flip) {
+    const Sampled<V> dv = sample<Derivatives::none>(d, grid, component + 4, at);
+    moved.v = hn::MulAdd(hn::Set(d, c.flip), v + dv.value - pic.value, pic.value);
   }
+  for (int e = 0; e < 3; ++e) moved.L[e] = dt_over_dx * pic.gradient[e];
+  if constexpr (affine)
+    for (int e = 0; e < 3; ++e) {
+      const V x = at.s[e], share = (x + x - one) * (x * (one - x));
+      moved.affine[e] = hn::MulAdd(share, pic.curvature[e], pic.gradient[e]);
+    }
   return moved;
 }
 
