@@ -283,7 +283,7 @@ void run(const RunOptions& options) {
                       particle_fields(scene.material, scene.numerics));
   if (const std::size_t available = available_memory(); available && memory.bytes > available)
     throw InputError(fmt::format(
-        "{}: {} particles need {:.1f} GiB; expected at most the {:.1f} GiB available. Use a smaller "
+        "{}: {} particles need {:.2f} GiB; expected at most the {:.2f} GiB available. Use a smaller "
         "sample.resolution.",
         options.scene, memory.particles, double(memory.bytes) / (1 << 30), double(available) / (1 << 30)));
   if (options.dry_run) return print_plan(scene, sample, memory);
