@@ -223,10 +223,10 @@ class Run {
     if (stopped || reason == "max_steps") folder_->write_checkpoint(*simulation_, *observer_, wall_seconds());
     if (stopped) {
       progress_.finish(progress(), fmt::format("stopped after step {}", simulation_->steps()));
-      throw Stopped(
-          fmt::format("stopped by {} after step {}, t = {:.6g} s; a checkpoint is written. Go on with: "
-                      "anticrack run {} -o {} --resume",
-                      reason, simulation_->steps(), simulation_->time(), options_.scene, options_.output));
+      throw Stopped(fmt::format(
+          "stopped by {} after step {}, t = {:.6g} s; a checkpoint is written in {}. Go on with the "
+          "same command and --resume.",
+          reason, simulation_->steps(), simulation_->time(), options_.output));
     }
     folder_->wait_for_frames();
     RunResult result;
