@@ -144,8 +144,7 @@ void precision(const PrecisionOptions& options) {
     }
     done += cost_of(c);
     if (signals.requested())
-      throw Stopped(fmt::format("stopped after {}. Go on with: anticrack precision -o {} --resume", c.name(),
-                                options.output));
+      throw Stopped(fmt::format("stopped after {}. Go on with the same command and --resume.", c.name()));
   }
   extrapolate_references(results);
 #if ANTICRACK_RENDER

@@ -305,9 +305,12 @@ const std::vector<Problem>& problems() {
 }
 
 const Problem& problem_named(const std::string& name) {
-  for (const Problem& problem : problems())
+  std::vector<std::string> names;
+  for (const Problem& problem : problems()) {
     if (problem.name == name) return problem;
-  throw InputError("no problem " + name);
+    names.push_back(problem.name);
+  }
+  throw InputError(fmt::format("no problem {}; expected one of {}.", name, fmt::join(names, ", ")));
 }
 
 /// Adds the cases of a problem.

@@ -223,10 +223,10 @@ class Run {
     if (stopped || reason == "max_steps") folder_->write_checkpoint(*simulation_, *observer_, wall_seconds());
     if (stopped) {
       progress_.finish(progress(), fmt::format("stopped after step {}", simulation_->steps()));
-      throw Stopped(
-          fmt::format("stopped by {} after step {}, t = {:.6g} s; a checkpoint is written. Go on with: "
-                      "anticrack run {} -o {} --resume",
-                      reason, simulation_->steps(), simulation_->time(), options_.scene, options_.output));
+      throw Stopped(fmt::format(
+          "stopped by {} after step {}, t = {:.6g} s; a checkpoint is written in {}. Go on with the "
+          "same command and --resume.",
+          reason, simulation_->steps(), simulation_->time(), options_.output));
     }
     folder_->wait_for_frames();
     RunResult result;
@@ -283,7 +283,7 @@ void run(const RunOptions& options) {
                       particle_fields(scene.material, scene.numerics));
   if (const std::size_t available = available_memory(); available && memory.bytes > available)
     throw InputError(fmt::format(
-        "{}: {} particles need {:.1f} GiB; expected at most the {:.1f} GiB available. Use a smaller "
+        "{}: {} particles need {:.2f} GiB; expected at most the {:.2f} GiB available. Use a smaller "
         "sample.resolution.",
         options.scene, memory.particles, double(memory.bytes) / (1 << 30), double(available) / (1 << 30)));
   if (options.dry_run) return print_plan(scene, sample, memory);

@@ -51,8 +51,6 @@ template <class Body>
 auto with_file_name(const fs::path& file, const Body& body) {
   try {
     return body();
-  } catch (const FileError&) {
-    throw;
   } catch (const std::ios_base::failure&) {
     throw FileError(fmt::format("{}: cannot be read: the file is damaged or cut short", file.string()));
   } catch (const std::exception& error) {

@@ -127,8 +127,10 @@ Canvas::Canvas(double width, double height, DocumentFormat format) : state_(std:
       break;
   }
   if (cairo_surface_status(state_->surface) != CAIRO_STATUS_SUCCESS) {
-    throw InputError("cannot make a picture of " + std::to_string(width) + " x " + std::to_string(height) +
-                     " pixels");
+    throw InputError("cannot make a picture of " + std::to_string(int(width)) + " x " +
+                     std::to_string(int(height)) +
+                     " pixels; expected at most 32767 along each side (Cairo: " +
+                     cairo_status_to_string(cairo_surface_status(state_->surface)) + ")");
   }
   state_->begin();
 }

@@ -10,6 +10,8 @@ namespace anticrack {
 
 namespace {
 
+constexpr const char* instead = "install libosmesa6 or use the Embree renderer";
+
 /// OSMesa's own functions, looked up once; the library stays loaded, since its compiler does not unload
 /// cleanly.
 struct OsmesaLibrary {
@@ -21,15 +23,18 @@ struct OsmesaLibrary {
   decltype(&OSMesaGetIntegerv) integer = nullptr;
 
   OsmesaLibrary() {
-    void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr) library = dlopen("libOSMesa.so", RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr) {
-      throw FileError(std::string("OSMesa: ") + dlerror() +
-                      "; install libosmesa6 or use the Embree renderer");
+    void* library = nullptr;
+    std::string reasons;
+    for (const char* name : {"libOSMesa.so.8", "libOSMesa.so"}) {
+      library = dlopen(name, RTLD_NOW | RTLD_LOCAL);
+      if (library != nullptr) break;
+      reasons += std::string(dlerror()) + "; ";
     }
+    if (library == nullptr) throw FileError("OSMesa: " + reasons + instead);
     const auto find = [&]<class Function>(const char* name, Function& function) {
       function = reinterpret_cast<Function>(dlsym(library, name));
-      if (function == nullptr) throw FileError(std::string("OSMesa: the library lacks ") + name);
+      if (function == nullptr)
+        throw FileError(std::string("OSMesa: the library lacks ") + name + "; " + instead);
     };
     find("OSMesaCreateContextAttribs", create);
     find("OSMesaDestroyContext", destroy);
@@ -60,11 +65,12 @@ class OsmesaContext : public GlContext {
                               3,
                               0};
     context_ = osmesa().create(attributes, nullptr);
-    if (context_ == nullptr) throw InputError("OSMesa offers no OpenGL 3.3 core context");
+    if (context_ == nullptr)
+      throw InputError("OSMesa offers no OpenGL 3.3 core context. Use the Embree renderer.");
     if (osmesa().make_current(context_, pixels_.data(), GL_UNSIGNED_BYTE, width, height) == GL_FALSE) {
       osmesa().destroy(context_);
       throw InputError("OSMesa cannot draw " + std::to_string(width) + " x " + std::to_string(height) +
-                       " pixels");
+                       " pixels. Use a smaller picture or the Embree renderer.");
     }
     osmesa().pixel_store(OSMESA_Y_UP, 0);
   }

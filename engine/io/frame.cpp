@@ -299,7 +299,7 @@ const points::AttributeArray& attribute_of(const PointLeaf& leaf, const char* na
   const auto& array = leaf.constAttributeArray(position);
   if (!array.hasValueType<T>())
     throw FileError(std::string("attribute \"") + name + "\" of its particles is of type " +
-                    array.valueType());
+                    array.valueType() + "; expected " + vdb::typeNameAsString<T>());
   return array;
 }
 

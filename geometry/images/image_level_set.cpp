@@ -185,8 +185,8 @@ Microstructure build_image_level_set(PhaseSlices& slices, double voxel_size, con
                 first, grid->tree());
   }
   if (result.solid_points == 0)
-    throw InputError(fmt::format("no voxel is solid after downsampling by {}; expected a smaller number",
-                                 slices.downsample()));
+    throw InputError(fmt::format("{}: no voxel is solid after downsampling by {}; expected a smaller number",
+                                 slices.name(), slices.downsample()));
   openvdb::tools::signedFloodFill(grid->tree());
   if (watch) watch(1);
   result.surface = std::make_shared<LevelSet>(LevelSet{grid, unit});

@@ -175,8 +175,8 @@ PhaseImage read_phase_image(PhaseSlices& slices, double voxel_size, const Watch&
     image.solid.insert(image.solid.end(), slice.begin(), slice.end());
   }
   if (std::ranges::find(image.solid, 1) == image.solid.end())
-    throw InputError(fmt::format("no voxel is solid after downsampling by {}; expected a smaller number",
-                                 slices.downsample()));
+    throw InputError(fmt::format("{}: no voxel is solid after downsampling by {}; expected a smaller number",
+                                 slices.name(), slices.downsample()));
   return image;
 }
 

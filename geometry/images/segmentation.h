@@ -55,6 +55,7 @@ class PhaseSlices {
   PhaseSlices(std::unique_ptr<SliceReader> image, std::string name, const Segmentation& segmentation,
               const Watch& watch = {});
 
+  const std::string& name() const { return name_; }
   const Index3& size() const { return size_; }  ///< voxels, after crop and downsampling
   int downsample() const { return downsample_; }
   const std::array<std::array<int, 2>, 3>& crop() const { return crop_; }

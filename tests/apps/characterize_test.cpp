@@ -120,6 +120,12 @@ TEST_F(Characterize, RefusesBeforeItWritesAnything) {
   expect("scan.raw", "report.json", "--shape 10,10,10", "--voxel-size is missing");
   expect("scene.toml", "report.json", "--set microstructure.source=scan --set microstructure.file=scan.raw",
          "microstructure");
+  folder.write("scan.toml",
+               "[microstructure]\nsource = \"scan\"\nfile = \"scan.raw\"\nvoxel_size = 1\nsolid = [1]\n");
+  expect("scan.toml", "report.json", "",
+         "scan.toml: microstructure.source = \"scan\"; characterize its file itself: anticrack characterize "
+         "FILE "
+         "--voxel-size ...");
   for (const char* name : {"report.json", "report.csv", "report.png"}) EXPECT_FALSE(fs::exists(path(name)));
   folder.write("report.csv", "mine");
   expect("scene.toml", "report.json", "", "report.csv");

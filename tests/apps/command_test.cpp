@@ -180,5 +180,19 @@ TEST(Command, PrecisionMeasuresResumesAndRefuses) {
       << elsewhere.text;
 }
 
+// Its first case takes milliseconds, all of them minutes.
+TEST(Command, PrecisionStoppedByASignalSaysHowToGoOn) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run_shell("cd " + folder.path().string() +
+                                    "\n" ANTICRACK_BINARY
+                                    " precision -o out --quick --runs 1 --quiet &\n"
+                                    "while kill -0 $! && ! [ -e out/precision.json ]; do sleep 0.01; done\n"
+                                    "kill $!; wait $!; echo status $?");
+  EXPECT_TRUE(contains(outcome.text, "anticrack: stopped after wave, ")) << outcome.text;
+  EXPECT_TRUE(contains(outcome.text, " cells. Go on with the same command and --resume.\nstatus 75\n"))
+      << outcome.text;
+  EXPECT_TRUE(fs::exists(folder.path() / "out/precision.csv"));
+}
+
 }  // namespace
 }  // namespace anticrack

@@ -77,6 +77,17 @@ TEST_F(GenerateMany, ResumeRefusesFilesOfAnotherScene) {
   EXPECT_NE(outcome.text.find("was made with heterogeneity = 50, but the scene has 40"), std::string::npos)
       << outcome.text;
   EXPECT_FALSE(fs::exists(samples() / "seed_2.vdb"));
+  const Outcome finer = run(generate("--count 2 --resume --set sample.size=[1,2,2]"));
+  EXPECT_EQ(finer.status, 2);
+  EXPECT_NE(finer.text.find("seed_1.vdb: was made on another lattice than the scene's. Use another -o."),
+            std::string::npos)
+      << finer.text;
+  folder_.write("samples/notes.txt", "mine");
+  const Outcome foreign = run(generate("--count 2 --resume"));
+  EXPECT_EQ(foreign.status, 2);
+  EXPECT_NE(foreign.text.find("samples: holds notes.txt, which no series writes. Use another -o."),
+            std::string::npos)
+      << foreign.text;
 }
 
 TEST_F(GenerateMany, StoppedByASignalLeavesWholeFilesAndIsResumed) {
@@ -103,6 +114,13 @@ TEST_F(GenerateMany, RefusesWhatHasNoRealizations) {
       run("generate " + scene_ + " -o " + samples().string() + " --count 2 --set microstructure.source=full");
   EXPECT_EQ(outcome.status, 2);
   EXPECT_NE(outcome.text.find("--count wants microstructure.source"), std::string::npos) << outcome.text;
+  const Outcome beyond = run(generate("--count 9 --set microstructure.seed=9223372036854775800"));
+  EXPECT_EQ(beyond.status, 2);
+  EXPECT_NE(
+      beyond.text.find("scene.toml: microstructure.seed = 9223372036854775800 with --count 9; expected the "
+                       "last seed below 2^63."),
+      std::string::npos)
+      << beyond.text;
   EXPECT_EQ(run(generate("--resume")).status, 2);
   EXPECT_EQ(run(generate("--count 0")).status, 2);
   EXPECT_FALSE(fs::exists(samples()));

@@ -1,7 +1,11 @@
 #include <gtest/gtest.h>
 
+#include "errors.h"
+#include "expect_error.h"
 #include "loading_cases.h"
+#include "loading_study.h"
 #include "observables/loading_law.h"
+#include "temporary_folder.h"
 
 namespace anticrack {
 namespace {
@@ -18,6 +22,16 @@ TEST(LoadingStudy, AFasterLoadingFailsLaterAndHigherByWhatTheLawAllows) {
   EXPECT_LT(stronger, loading_law::failure_stress_error(fast.passages));
   EXPECT_GT(stiffer, 0);
   EXPECT_LT(stiffer, loading_law::modulus_error(fast.passages));
+}
+
+TEST(LoadingStudy, RefusesACaseOfAnEarlierRunThatItCannotRead) {
+  const TemporaryFolder folder;
+  for (const char* text : {"{", "{}", R"({"sample": 1})"}) {
+    const auto file = folder.write("loading/phi_0.5__seed_1_isotropic_1.json", text);
+    const std::string message = message_of<FileError>([&] { study_loading(folder.path(), {.quiet = true}); });
+    EXPECT_TRUE(message.starts_with(file.string() + ": [json.exception.")) << message;
+    EXPECT_TRUE(message.ends_with("; remove it to run this case again.")) << message;
+  }
 }
 
 }  // namespace

@@ -99,6 +99,15 @@ TEST(OutputFolder, IsRefusedWhereTheUserMayNotWrite) {
                          ": Permission denied.");
 }
 
+TEST(OutputFolder, ThatCannotBeCreatedOrOpenedIsAnErrorWithTheReason) {
+  const TemporaryFolder folder;
+  const fs::path longer = folder.path() / "a" / std::string(300, 'x');
+  EXPECT_ERROR(static_cast<void>(prepare_output_folder(longer, ExistingFolder::refuse)), FileError,
+               longer.string() + ": cannot create the output folder: File name too long.");
+  EXPECT_ERROR(FolderLock(folder.path() / "none"), FileError,
+               "none: cannot open the folder: No such file or directory.");
+}
+
 TEST(OutputFolder, IsRefusedWhileAnotherRunWritesThere) {
   const TemporaryFolder folder;
   {

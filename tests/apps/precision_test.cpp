@@ -38,6 +38,11 @@ TEST(PrecisionCases, HaveDistinctNames) {
   EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());
 }
 
+TEST(PrecisionCases, OfAnotherProblemAreRefused) {
+  EXPECT_ERROR(solve({"waves", "", {}}), InputError,
+               "no problem waves; expected one of wave, large_wave, vortex");
+}
+
 // The bounds below are those that the engine promises.
 
 TEST(Precision, ManufacturedWaveConvergesWithOrder1Point8) {

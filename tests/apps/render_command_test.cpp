@@ -15,6 +15,7 @@
 #include "io/history.h"
 #include "render_frames.h"
 #include "render_movie.h"
+#include "running_command.h"
 #include "temporary_folder.h"
 
 namespace anticrack {
@@ -165,6 +166,11 @@ TEST_F(RenderCommand, RefusesBadInputBeforeWriting) {
   expect_refused({path("a"), "-o", out, "--mode", "points"}, "surface or spheres");
   expect_refused({path("a"), "-o", out, "--cut", "w=1"}, "--cut w=1");
   expect_refused({path("a"), "-o", out, "--cut", "0,0,0,1"}, "no length");
+  for (const std::string cut : {"x=1,2", "1,2,3", "x=1,2,3,4"})
+    expect_refused({path("a"), "-o", out, "--cut", cut},
+                   "--cut " + cut +
+                       ": expected x=D, y=D or z=D (metres; the half towards the camera goes), or "
+                       "NX,NY,NZ,D (what has n . x > D goes).");
   expect_refused({path("a"), "-o", out, "--cut", "z=7"}, "misses the sample");
   expect_refused({path("a"), "-o", out, "--range", "1,0"}, "LOW < HIGH");
   expect_refused({path("a"), "-o", out, "--range", "1,nan"}, "not a number");
@@ -200,6 +206,33 @@ TEST_F(RenderCommand, SaysWhichFrameIsDamaged) {
   fs::resize_file(path("a/frames/frame_0002.vdb"), 1000);
   EXPECT_ERROR(render({path("a"), "-o", path("x.png")}), FileError, "frame_0002.vdb: damaged or truncated");
   EXPECT_FALSE(fs::exists(path("x.png")));
+}
+
+TEST_F(RenderCommand, SaysWhereOsmesaFails) {
+  const auto expect = [&](int status, const std::string& library_folder, const std::string& failing,
+                          const std::string& message) {
+    const Outcome outcome = run_shell("LD_LIBRARY_PATH=" + library_folder + " OSMESA_FAILS=" + failing +
+                                      " " ANTICRACK_BINARY " render " + path("a") + " -o " + path("x.png") +
+                                      " --renderer osmesa --size 260x340 --quiet");
+    EXPECT_EQ(outcome.status, status) << failing;
+    EXPECT_EQ(outcome.text, "anticrack: " + message + "\n");
+    EXPECT_FALSE(fs::exists(path("x.png")));
+  };
+  const std::string failing = ANTICRACK_OSMESA "failing";
+  const std::string hint = "; install libosmesa6 or use the Embree renderer";
+  for (const char* name : {"libOSMesa.so.8", "libOSMesa.so"})
+    folder_.write(std::string("libraries/") + name, std::string(100, 'x'));
+  expect(4, path("libraries"), "",
+         "OSMesa: " + path("libraries/libOSMesa.so.8") + ": invalid ELF header; " +
+             path("libraries/libOSMesa.so") + ": invalid ELF header" + hint);
+  expect(4, ANTICRACK_OSMESA "empty", "", "OSMesa: the library lacks OSMesaCreateContextAttribs" + hint);
+  expect(2, failing, "context", "OSMesa offers no OpenGL 3.3 core context. Use the Embree renderer.");
+  expect(2, failing, "size",
+         "OSMesa cannot draw 520 x 582 pixels. Use a smaller picture or the Embree renderer.");
+  expect(2, failing, "function", "OpenGL: the context lacks glUseProgram");
+  expect(2, failing, "shader", "OpenGL: a shader of the preview does not compile: 0:7: syntax error");
+  expect(2, failing, "program", "OpenGL: the preview's shaders do not link");
+  expect(2, failing, "drawing", "OpenGL: error 1285 while drawing the preview");
 }
 
 TEST_F(RenderCommand, SaysWhenFfmpegFails) {

@@ -70,6 +70,20 @@ TEST_F(ResumedRun, GoesOnAfterEitherSignalOnAnotherThreadCountWithTheSameBits) {
   expect_same_run(whole, stopped);
 }
 
+TEST_F(ResumedRun, IsTheSameCommandAndResumeAsTheStopSays) {
+  folder.write("scene.toml", short_scene());
+  const fs::path output = folder.path() / "stopped";
+  const std::string command = "run " + scene + " -o " + output.string() + " --quiet --set loading.speed=3";
+  const Outcome stopped = run(command + " --max-walltime 1e-9");
+  EXPECT_EQ(stopped.status, 75);
+  EXPECT_TRUE(stopped.text.starts_with("anticrack: stopped by max_walltime after step 0, t = 0 s; "))
+      << stopped.text;
+  EXPECT_TRUE(stopped.text.ends_with("; a checkpoint is written in " + output.string() +
+                                     ". Go on with the same command and --resume.\n"))
+      << stopped.text;
+  EXPECT_EQ(run(command + " --resume --max-steps 20").status, 0);
+}
+
 TEST_F(ResumedRun, CheckpointsComeInTheIntervalThatTheSceneAsksForAndTwoAreKept) {
   const std::vector<fs::path> often = checkpoints_of(run_up_to(50));
   ASSERT_EQ(often.size(), 2u);  // one a step, and the last

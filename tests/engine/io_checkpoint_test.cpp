@@ -118,6 +118,25 @@ TEST_F(Checkpoint, OfAnotherFormatIsRefusedByBothNumbersAndNotTakenForDamaged) {
   EXPECT_TRUE(damaged.empty());
 }
 
+// With checksums that hold: no damage, but a writer that is not ours.
+TEST_F(Checkpoint, WithATableThatContradictsItselfIsRefusedByItsEntry) {
+  write_some(file);
+  std::string bytes = file_content(file);
+  const auto put = [&](std::size_t at, auto value) { std::memcpy(&bytes[at], &value, sizeof value); };
+  const auto checksum = [&](std::size_t begin, std::size_t size) {
+    return libdeflate_crc32(0, bytes.data() + begin, size);
+  };
+  std::uint64_t table_size = 0;
+  std::memcpy(&table_size, &bytes[24], 8);
+  const std::size_t second = 40 + 29 + std::strlen("program");
+  ASSERT_EQ(bytes.substr(second + 4, 5), "scene");
+  put(second + 4 + 5 + 1, std::uint32_t(0));  // bytes of an element
+  put(32, std::uint32_t(checksum(40, table_size)));
+  put(36, std::uint32_t(checksum(0, 36)));
+  put_file(file, bytes);
+  EXPECT_ERROR(CheckpointReader reader(file), FileError, "checkpoint.bin: entry 1 of its table is not valid");
+}
+
 TEST_F(Checkpoint, WrongRequestsAreErrorsWithFileAndArray) {
   write_some(file);
   CheckpointReader reader(file);

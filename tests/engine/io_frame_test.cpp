@@ -2,6 +2,7 @@
 
 #include <oneapi/tbb/global_control.h>
 #include <openvdb/openvdb.h>
+#include <openvdb/points/PointAttribute.h>
 #include <openvdb/points/PointDataGrid.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
@@ -260,13 +261,26 @@ TEST_F(FrameFile, PointsWithoutHeaderOrAttributesAreErrorsThatNameThem) {
   metadata.removeMeta("box_upper");
   EXPECT_PRED_FORMAT2(testing::IsSubstring, "metadata \"box_upper\" is missing", copy());
   metadata = whole;
+  metadata.insertMeta("frame_format", openvdb::Int32Metadata(7));
+  EXPECT_PRED_FORMAT2(testing::IsSubstring, "other.vdb: frame format 7; this program reads format 1", copy());
+  metadata = whole;
+  metadata.insertMeta("length_unit", openvdb::StringMetadata("furlong"));
+  EXPECT_PRED_FORMAT2(testing::IsSubstring,
+                      "other.vdb: metadata \"length_unit\" is \"furlong\"; expected m, mm, um, nm or pm",
+                      copy());
+  metadata = whole;
   for (auto leaf = particles->tree().beginLeaf(); leaf; ++leaf) {
     const auto& descriptor = leaf->attributeSet().descriptor();
     const auto id = descriptor.find("id");
     auto without_id = descriptor.duplicateDrop({id});
     leaf->dropAttributes({id}, descriptor, without_id);
   }
-  EXPECT_PRED_FORMAT2(testing::IsSubstring, "attribute \"id\"", copy());
+  EXPECT_PRED_FORMAT2(testing::IsSubstring, "other.vdb: attribute \"id\" of its particles is missing",
+                      copy());
+  openvdb::points::renameAttribute(particles->tree(), "kappa", "id");
+  EXPECT_PRED_FORMAT2(testing::IsSubstring,
+                      "other.vdb: attribute \"id\" of its particles is of type float; expected int32",
+                      copy());
 }
 
 TEST_F(FrameFile, DamageIsAnErrorOrHarmless) {

@@ -87,5 +87,22 @@ TEST_F(FullDisk, ALimitOnFileSizesIsAnErrorToo) {
   EXPECT_NE(outcome.text.find(": File too large"), std::string::npos) << outcome.text;
 }
 
+/// The same with another file in the place of /proc/meminfo.
+class FullMemory : public FullDisk {};
+
+TEST_F(FullMemory, ARunWhoseParticlesDoNotFitIsRefusedBeforeItWrites) {
+  const std::string meminfo =
+      folder.write("meminfo", "MemTotal: 1000000000 kB\nMemAvailable: 52429 kB\n").string();
+  const std::string run = std::string(ANTICRACK_BINARY) + " run " + scene + " -o " + disk.string() +
+                          "/run --quiet --set microstructure.source=full --set sample.resolution=60";
+  const Outcome outcome = run_on_disk(64, "mount --bind " + meminfo + " /proc/meminfo || exit 99\n" + run +
+                                              "; echo status $?; ls -A " + disk.string());
+  for (const std::string& part :
+       {"anticrack: " + scene + ": 432000 particles need 0.",
+        std::string(" GiB; expected at most the 0.05 GiB available. Use a smaller sample.resolution.\n")})
+    EXPECT_PRED_FORMAT2(testing::IsSubstring, part, outcome.text);
+  EXPECT_TRUE(outcome.text.ends_with("\nstatus 2\n")) << "something was written: " << outcome.text;
+}
+
 }  // namespace
 }  // namespace anticrack

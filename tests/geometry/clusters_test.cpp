@@ -145,6 +145,13 @@ TEST(Cleaning, RefusesASampleThatDoesNotPercolate) {
   EXPECT_ERROR(remove_unconnected(empty, SpanningRule::x, Connectivity::faces), InputError, "there is none");
 }
 
+// Refused by the size alone, before a voxel is looked at.
+TEST(Clusters, OfMoreVoxelsThanLabelsCountAreRefused) {
+  const PhaseImage image{{1 << 11, 1 << 11, 1 << 10}, 1, {}};
+  EXPECT_ERROR(find_clusters(image, Phase::solid, Connectivity::faces), InputError,
+               "clusters of 4294967296 voxels; expected fewer than 2^32 - 1");
+}
+
 TEST(Burning, LeavesTheClustersThatSpanAnAxis) {
   for (const std::uint64_t seed : {1, 2}) {
     const PhaseImage image = cut_of_field(65, 5, theoretical_threshold(Morphology::single_cut, 0.2), seed);

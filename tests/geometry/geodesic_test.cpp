@@ -90,6 +90,13 @@ TEST(ArrivalTimes, SolveTheUpwindDifferencesInEveryVoxel) {
       }
 }
 
+// Refused by the size alone, before a voxel is looked at.
+TEST(Burning, OfMoreVoxelsThanStepsCountIsRefused) {
+  const PhaseImage image{{1 << 11, 1 << 11, 1 << 10}, 1, {}};
+  EXPECT_ERROR(burning_times(image, Phase::solid, {0, true}), InputError,
+               "paths through 2048 x 2048 x 1024 voxels; expected fewer than 2^32 with a border");
+}
+
 TEST(Burning, CountsLayersFromTheFace) {
   const PhaseImage image = make_image({4, 3, 3}, 1, [](int i, int j, int) { return i != 2 || j == 0; });
   const auto times = burning_times(image, Phase::solid, {0, true});

@@ -30,8 +30,9 @@ class Shape : public SliceReader {
   std::function<bool(int, int, int)> solid_;
 };
 
-PhaseSlices slices_of_shape(Index3 size, std::function<bool(int, int, int)> solid) {
-  return PhaseSlices(std::make_unique<Shape>(size, std::move(solid)), "shape", {.solid = SolidLabels{{1}}});
+PhaseSlices slices_of_shape(Index3 size, std::function<bool(int, int, int)> solid, int downsample = 1) {
+  return PhaseSlices(std::make_unique<Shape>(size, std::move(solid)), "shape",
+                     {.solid = SolidLabels{{1}}, .downsample = downsample});
 }
 
 std::function<bool(int, int, int)> ball(double centre, double radius) {
@@ -221,6 +222,13 @@ TEST(ImageLevelSet, RecordsHowItWasMade) {
   EXPECT_EQ(structure.lattice.spacing, 5.345e-6);
   EXPECT_ERROR(build_image_level_set(slices, -1), InputError,
                "voxel size = -1 m; expected a finite number > 0");
+}
+
+TEST(ImageLevelSet, IsRefusedWhereDownsamplingLeavesNoSolid) {
+  PhaseSlices slices = slices_of_shape(
+      {8, 8, 8}, [](int i, int j, int k) { return i == 3 && j == 3 && k == 3; }, 2);
+  EXPECT_ERROR(build_image_level_set(slices, 1), InputError,
+               "shape: no voxel is solid after downsampling by 2; expected a smaller number");
 }
 
 TEST(BereaScan, HasTheKnownNumberOfPoreVoxels) {

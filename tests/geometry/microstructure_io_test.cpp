@@ -12,6 +12,7 @@
 #include "errors.h"
 #include "expect_error.h"
 #include "level_set.h"
+#include "vdb_seal.h"
 
 namespace anticrack {
 namespace {
@@ -32,6 +33,11 @@ class MicrostructureFile : public testing::Test {
   fs::path write(const std::string& name, const openvdb::GridCPtrVec& grids) const {
     openvdb::io::File(path(name).string()).write(grids);
     return path(name);
+  }
+
+  static std::string content_of(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
   }
 
   static std::string error_of(const fs::path& file) {
@@ -231,6 +237,25 @@ TEST_F(MicrostructureFile, ReadingOtherFilesIsRefusedByName) {
   std::ofstream(path("nothing.vdb")).flush();
   EXPECT_NE(error_of(path("nothing.vdb")).find("nothing.vdb"), std::string::npos);
   EXPECT_NE(error_of(path("")).find("anticrack_vdb"), std::string::npos);  // a folder
+}
+
+TEST_F(MicrostructureFile, OfATypeThatOpenVdbDoesNotKnowIsRefusedInItsWords) {
+  const fs::path file = write("s.vdb", {sphere<openvdb::FloatGrid>("surface")});
+  std::string bytes = content_of(file);
+  for (std::size_t at; (at = bytes.find("Tree_float")) != std::string::npos;)
+    bytes.replace(at, 10, "Tree_other");
+  std::ofstream(file, std::ios::binary) << bytes;
+  EXPECT_PRED_FORMAT2(
+      testing::IsSubstring,
+      file.string() +
+          ": cannot be read: LookupError: Cannot read grid. Grid type Tree_other_5_4_3 is not registered",
+      error_of(file));
+}
+
+TEST_F(MicrostructureFile, SealIsRefusedToWhatHasNoUuid) {
+  std::ofstream(path("s.vdb")) << std::string(100, 'x');
+  EXPECT_ERROR(seal_vdb(path("s.vdb")), FileError,
+               path("s.vdb").string() + ": no UUID where OpenVDB files have it");
 }
 
 TEST_F(MicrostructureFile, RewrittenByAnotherProgramKeepsItsLatticeAndIsCountedAnew) {

@@ -121,6 +121,12 @@ TEST(Crofton, MeasuresBallAndCylinder) {
   EXPECT_EQ(eightfold_euler_number(cylinder, Connectivity::faces), 0);  // per length it has none
 }
 
+TEST(Crofton, OfNoSolidHasNoSpecificSurface) {
+  const PhaseImage pores = make_image({3, 3, 3}, 1, [](int, int, int) { return false; });
+  EXPECT_ERROR(specific_surface_area(count_neighbourhoods(pores, BoxBoundary::closed)), InputError,
+               "specific surface area of an image without solid; expected a solid voxel");
+}
+
 TEST(Crofton, SeesOfAPlaneWhatItsDirectionsSay) {
   // Shares of the sphere by Lang, Ohser and Hilfer: 0.0915558, 0.0739613 and 0.0703913 a line.
   const auto slab = count_neighbourhoods(make_image({20, 20, 20}, 1, [](int, int, int k) { return k < 7; }),

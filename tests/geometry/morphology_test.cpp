@@ -141,7 +141,8 @@ TEST(Morphology, DistanceIsThatToTheClosestPointOfTheAnalyticFields) {
   }
 }
 
-// The table of geometry/README.md: ANTICRACK_SWEEP=1000 geometry_tests --gtest_filter='*FallWithTheResolution'
+// The table of geometry/README.md: ANTICRACK_SWEEP=1000 geometry_tests
+// --gtest_filter='*FallWithTheResolution'
 TEST(Morphology, DistanceErrorsFallWithTheResolution) {
   const char* points_tested = std::getenv("ANTICRACK_SWEEP");
   const bool sweep = points_tested != nullptr;
@@ -456,6 +457,11 @@ TEST(Microstructure, RefusesWhatContradictsItself) {
                "periodic with a wavelength gradient");
   spec.periodic = false, spec.wavelength_gradient = 0.2;
   EXPECT_ERROR(generate_microstructure(lattice, spec, 0.5), InputError, "10 wavelengths along a side");
+  for (const auto& [gradient, text] : {std::pair(-1.0, "-1"), {std::nan(""), "nan"}}) {
+    spec.wavelength_gradient = gradient;
+    EXPECT_ERROR(generate_microstructure(lattice, spec, 0.5), InputError,
+                 std::string("wavelength_gradient = ") + text + "; expected a finite number > 0");
+  }
   spec.wavelength_gradient = 1, spec.anisotropy = 0;
   EXPECT_ERROR(generate_microstructure(lattice, spec, 0.5), InputError, "anisotropy = 0; expected a finite");
 }

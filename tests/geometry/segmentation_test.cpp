@@ -116,7 +116,8 @@ TEST(Segmentation, RefusesWhatNamesNoSolid) {
   expect(three, {.downsample = 2}, "a.tif: downsample = 2; expected 1 to the 1 voxels along y");
   const Labels dot{{2, 2, 2}, {0, 0, 0, 1, 0, 0, 0, 0}};
   PhaseSlices vanishing = segment(dot, {.downsample = 2});
-  EXPECT_ERROR(read_phase_image(vanishing, 1.0), InputError, "no voxel is solid after downsampling by 2");
+  EXPECT_ERROR(read_phase_image(vanishing, 1.0), InputError,
+               "a.tif: no voxel is solid after downsampling by 2; expected a smaller number");
   EXPECT_ERROR(read_phase_image(vanishing, 0.0), InputError,
                "voxel size = 0 m; expected a finite number > 0");
 }

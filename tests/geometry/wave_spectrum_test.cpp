@@ -5,7 +5,10 @@
 #include <array>
 #include <cmath>
 
+#include "errors.h"
+#include "expect_error.h"
 #include "gaussian_random_field.h"
+#include "io_test_folder.h"
 
 namespace anticrack {
 namespace {
@@ -35,6 +38,33 @@ TEST(WaveSpectrum, WavesHaveItsMoments) {
   // Five standard errors; eta^2 is about 630 or 10000.
   EXPECT_NEAR(mean, 50, 5 * std::sqrt((square - 2500) / spec.waves));
   EXPECT_NEAR(squares, square, 5 * 4420 / std::sqrt(double(spec.waves)));
+}
+
+class SpectrumFile : public IoTest {
+ protected:
+  void expect_refused(const std::string& text, const std::string& message) const {
+    put_file(folder / "s.csv", text);
+    EXPECT_ERROR(read_wave_spectrum(folder / "s.csv"), InputError, (folder / "s.csv").string() + message);
+  }
+};
+
+TEST_F(SpectrumFile, IsRefusedByFileAndLineAndWhatWasExpected) {
+  const std::string header = "# measured\nwave_number,weight\n";
+  expect_refused("# measured\neta,p\n1,2\n",
+                 ":2: eta,p; expected the header wave_number,weight (1/m, density)");
+  expect_refused(header + "1,2\n\n3;4\n", ":5: 3;4; expected two numbers wave_number,weight");
+  expect_refused(header + "1,2\n3,4 m\n", ":4: 3,4 m; expected two numbers wave_number,weight");
+  expect_refused("", ": spectrum: 0 rows; expected at least two");
+  expect_refused(header + "1,2\n", ": spectrum: 1 rows; expected at least two");
+  expect_refused(header + "1,2\n1,2\n", ": spectrum: row 2: wave_number = 1; expected > 1");
+  expect_refused(header + "1,2\n2,-1\n", ": spectrum: row 2: weight = -1; expected >= 0");
+  expect_refused(header + "1,0\n2,0\n", ": spectrum: every weight is 0; expected at least one > 0");
+}
+
+TEST_F(SpectrumFile, ThatCannotBeReadIsAnErrorWithTheReason) {
+  EXPECT_ERROR(read_wave_spectrum(folder), FileError, folder.string() + ": cannot be read: Is a directory");
+  EXPECT_ERROR(read_wave_spectrum(folder / "none.csv"), FileError,
+               "none.csv: cannot be read: No such file or directory");
 }
 
 // Values from before there was more than one morphology. Two libraries' cosines and logarithms differ in the

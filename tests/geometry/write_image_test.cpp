@@ -72,6 +72,12 @@ TEST_F(WriteImage, RefusesUnknownEndingsAndFullFolders) {
   EXPECT_EQ(files_in_folder(), 1u);
 }
 
+TEST_F(WriteImage, AFolderThatCannotBeMadeIsAnErrorWithTheReason) {
+  const PhaseImage image = random_image({3, 4, 5});
+  EXPECT_ERROR(write_image(slices_of(image), folder / "none/slices/"), FileError,
+               "none/slices: cannot be written: No such file or directory");
+}
+
 TEST_F(WriteImage, LeavesNothingWhenItsSourceStops) {
   const PhaseImage image = random_image({3, 4, 5});
   SliceSource source = slices_of(image);

@@ -119,6 +119,11 @@ TEST(Canvas, MarkupTakesNoRoomAndPlainTextKeepsItsCharacters) {
   EXPECT_NEAR(canvas.measure(plain_text("x_x"), 20).width, 2 * x + underscore, 1e-6);
 }
 
+TEST(Canvas, LargerThanCairoDrawsIsRefusedByItsSize) {
+  EXPECT_ERROR(Canvas(40000, 10), InputError,
+               "cannot make a picture of 40000 x 10 pixels; expected at most 32767 along each side");
+}
+
 TEST(Panel, LaysRowsAndColumnsWithoutOverlap) {
   Panel panel{{"a", "b with a very long title indeed, which must shrink", "c"},
               {"\u03b5 = 1", "\u03b5 = 2"},

@@ -32,6 +32,10 @@ TEST(Image, EmptyIsRefused) {
   EXPECT_ERROR(encode_png(Image()), InputError, "image is empty; expected at least one pixel");
 }
 
+TEST(Image, LargerThanAPngCanBeIsRefusedByItsEncoder) {
+  EXPECT_ERROR(encode_png(Image(1000001, 1)), InputError, "PNG encoder: Invalid IHDR data");
+}
+
 TEST(Image, SrgbIsItsOwnInverseForEveryByte) {
   for (int i = 0; i < 256; ++i) EXPECT_EQ(encode_srgb(decode_srgb(std::uint8_t(i))), i);
   EXPECT_EQ(encode_srgb(-1), 0);

@@ -104,6 +104,8 @@ TEST(OsmesaPreview, RefusesPicturesAndPointsThatOpenGlCannotDraw) {
                InputError, "preview: a sphere covers ");
   EXPECT_ERROR(preview_surface(s.mesh, {}, s.camera, unit_scale()), InputError,
                "preview: expected light for each vertex");
+  EXPECT_ERROR(preview_spheres(s.spheres, {}, s.camera, unit_scale()), InputError,
+               "preview: expected light for each sphere");
 }
 
 TEST(QuickLight, IsFullInTheOpenAndDimInACave) {
