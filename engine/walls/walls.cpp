@@ -1,6 +1,7 @@
 #include "walls/walls.h"
 
-#include <tbb/parallel_for.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <cmath>
@@ -21,6 +22,9 @@ Walls::Walls(const Loading& loading, WallRule rule, const Vec3& box_size, double
     walls_ = confined_compression_walls(confined, box_size);
     ramp_time_ = confined.ramp_time;
   }
+  for (int a = 0; a < 3; ++a)
+    for (int c = 0; c < 3; ++c)
+      constraining_[c] |= std::uint32_t(a == c || walls_[2 * a].tangential != Tangential::free) << a;
   if (!(max_speed() < wave_speed))
     throw InputError("wall speed " + std::to_string(max_speed()) +
                      " m/s; expected below the elastic wave speed " + std::to_string(wave_speed) + " m/s");
@@ -89,11 +93,6 @@ struct Walls::Reach {
   int ghost(int k) const { return upper ? mirror + k : mirror - k; }  ///< k-th node outward from the mirror
 };
 
-/// Whether the walls of an axis have a say in component c.
-bool Walls::constrains(int axis, int c) const {
-  return axis == c || walls_[2 * axis].tangential != Tangential::free;
-}
-
 double Walls::from_centre(int axis, int node) const {
   const double centre = 0.5 * (walls_[2 * axis].position + walls_[2 * axis + 1].position);
   return (node + grid_offset_[axis]) * cell_size_ - centre;
@@ -161,6 +160,7 @@ struct Walls::Ties {
   struct Tied {
     Node* node;
     std::array<std::int8_t, 3> out;  ///< planes outward from the mirror
+    double ratio;                    ///< r_g: of its velocity to the mirror's, were the walls at rest
   };
   static constexpr int planes = Reach::most_ghosts + 1, most = planes * planes * planes;
   std::uint32_t axes = 0;  ///< bit a
@@ -178,9 +178,13 @@ struct Walls::Ties {
       for (out[1] = 0; out[1] <= last[1]; ++out[1])
         for (out[2] = 0; out[2] <= last[2]; ++out[2]) {
           Index3 at = mirror;
-          for (int a = 0; a < 3; ++a)
-            if (out[a] > 0) at[a] = reach[roles[a].mirroring].ghost(out[a]);
-          if (Node* node = node_at(grid, leaf, at)) nodes[count++] = {node, out};
+          double ratio = 1;
+          for (int a = 0; a < 3; ++a) {
+            if (out[a] == 0) continue;
+            at[a] = reach[roles[a].mirroring].ghost(out[a]);
+            ratio *= reach[roles[a].mirroring].ratio[out[a]];
+          }
+          if (Node* node = node_at(grid, leaf, at)) nodes[count++] = {node, out, ratio};
         }
   }
 };
@@ -217,32 +221,31 @@ void Walls::set_held(const Index3& at, Node& node, int c, std::uint32_t axes, do
 /// Were the forces on ghosts dropped instead, a uniform stress would not be in equilibrium at the wall.
 void Walls::set_tied(const Ties& ties, const Index3& mirror, int c, double ramp,
                      const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach, Part& part) const {
-  double r[Ties::most], b[Ties::most], wall_velocity[3] = {}, momentum = 0, mass = 0;
+  double b[Ties::most], wall_velocity[3] = {}, momentum = 0, mass = 0;
   int last = -1;
+  bool moving = false;
   for (int a = 0; a < 3; ++a) {
     if (!(ties.axes >> a & 1)) continue;
     const int wall = roles[a].mirroring;
     wall_velocity[a] = ramp * full_velocity_at(walls_[wall], c, mirror[c]);
+    moving |= wall_velocity[a] != 0;
     if (last < 0 || a == c || last / 2 != c) last = wall;
   }
   for (int n = 0; n < ties.count; ++n) {
-    const auto& [node, out] = ties.nodes[n];
-    r[n] = 1;
+    const auto& [node, out, r] = ties.nodes[n];
     b[n] = 0;
-    for (const int a : {(c + 1) % 3, (c + 2) % 3, c}) {
-      if (out[a] == 0) continue;
-      const double rho = reach[roles[a].mirroring].ratio[out[a]];
-      b[n] = wall_velocity[a] + rho * (b[n] - wall_velocity[a]);
-      r[n] *= rho;
-    }
-    momentum += r[n] * node->mass * (node->velocity[c] - b[n]);
-    mass += r[n] * r[n] * node->mass;
+    if (moving)
+      for (const int a : {(c + 1) % 3, (c + 2) % 3, c})
+        if (out[a] > 0)
+          b[n] = wall_velocity[a] + reach[roles[a].mirroring].ratio[out[a]] * (b[n] - wall_velocity[a]);
+    momentum += r * node->mass * (node->velocity[c] - b[n]);
+    mass += r * r * node->mass;
   }
   const double v = momentum / mass, full = full_velocity_at(walls_[last], c, mirror[c]);
   for (int n = 0; n < ties.count; ++n) {
-    const auto& [node, out] = ties.nodes[n];
+    const auto& [node, out, r] = ties.nodes[n];
     const int at = out[c] > 0 ? reach[roles[c].mirroring].ghost(out[c]) : mirror[c];
-    part.set_velocity(*node, c, from_centre(c, at), b[n] + r[n] * v, full, last / 2 == c ? last : -1);
+    part.set_velocity(*node, c, from_centre(c, at), b[n] + r * v, full, last / 2 == c ? last : -1);
   }
 }
 
@@ -262,21 +265,22 @@ void Walls::constrain_leaf(const SparseGrid& grid, std::uint32_t l, double ramp,
   for (int index = 0; index < block_cells; ++index) {
     const Index3 in_leaf{index >> 4, index >> 2 & 3, index & 3};
     const std::array<Role, 3> roles{planes[0][in_leaf[0]], planes[1][in_leaf[1]], planes[2][in_leaf[2]]};
+    if (!(roles[0].any() || roles[1].any() || roles[2].any())) continue;
     Node& node = leaf.nodes[index];
-    if (!(roles[0].any() || roles[1].any() || roles[2].any()) || node.mass <= 0) continue;
+    if (node.mass <= 0) continue;
     Index3 at;
-    for (int a = 0; a < 3; ++a) at[a] = leaf.origin[a] * block_edge + in_leaf[a];
+    std::uint32_t holding = 0, mirroring = 0;  // bit a
+    for (int a = 0; a < 3; ++a) {
+      at[a] = leaf.origin[a] * block_edge + in_leaf[a];
+      holding |= std::uint32_t(roles[a].holding >= 0) << a;
+      mirroring |= std::uint32_t(roles[a].mirroring >= 0) << a;
+    }
     // Components that the same axes constrain share what is looked up.
     Ties ties;
     std::uint32_t held_along = 0;
     bool ghost = false;
     for (int c = 0; c < 3; ++c) {
-      std::uint32_t held = 0, mirrored = 0;
-      for (int a = 0; a < 3; ++a)
-        if (constrains(a, c)) {
-          held |= std::uint32_t(roles[a].holding >= 0) << a;
-          mirrored |= std::uint32_t(roles[a].mirroring >= 0) << a;
-        }
+      const std::uint32_t held = holding & constraining_[c], mirrored = mirroring & constraining_[c];
       if (held) {
         if (held != held_along) ghost = is_ghost(grid, l, at, held, roles, reach);
         held_along = held;
@@ -293,29 +297,35 @@ WallAction Walls::apply(SparseGrid& grid, double time) const {
   const auto reach_of = [&](int w) { return Reach(walls_[w], rule_, cell_size_, grid_offset_[w / 2]); };
   const std::array<Reach, 6> reach{reach_of(0), reach_of(1), reach_of(2),
                                    reach_of(3), reach_of(4), reach_of(5)};
-  std::vector<std::uint32_t> near;
-  for (std::uint32_t l = 0; l < grid.leaves().size(); ++l) {
-    const Index3& origin = grid.leaves()[l].origin;
+  const auto is_near = [&](const Index3& origin) {
     for (int w = 0; w < 6; ++w)
-      if (reach[w].touches_leaf(origin[w / 2]) || reach[w].mirror >> 2 == origin[w / 2]) {
-        near.push_back(l);
-        break;
-      }
-  }
-  std::vector<Part> parts(near.size());
-  tbb::parallel_for(std::size_t(0), near.size(),
-                    [&](std::size_t n) { constrain_leaf(grid, near[n], ramp(time), reach, parts[n]); });
-  WallAction sum;
-  for (const Part& part : parts) {
-    for (int w = 0; w < 6; ++w) sum.normal_impulse[w] += part.action.normal_impulse[w];
-    sum.work += part.action.work;
-    sum.kinetic_change += part.action.kinetic_change;
-    sum.impact_loss += part.action.impact_loss;
-    sum.generalized_impulse += part.action.generalized_impulse;
-    sum.virial += part.action.virial;
-    sum.max_speed = std::max(sum.max_speed, part.action.max_speed);
-  }
-  return sum;
+      if (reach[w].touches_leaf(origin[w / 2]) || reach[w].mirror >> 2 == origin[w / 2]) return true;
+    return false;
+  };
+  constexpr std::size_t grain = 32;  // leaves
+  return tbb::parallel_deterministic_reduce(
+             tbb::blocked_range<std::size_t>(0, grid.leaves().size(), grain), Part(),
+             [&](const tbb::blocked_range<std::size_t>& leaves, Part part) {
+               for (std::size_t l = leaves.begin(); l < leaves.end(); ++l)
+                 if (is_near(grid.leaves()[l].origin))
+                   constrain_leaf(grid, std::uint32_t(l), ramp(time), reach, part);
+               return part;
+             },
+             [](Part a, const Part& b) {
+               a.action.add(b.action);
+               return a;
+             })
+      .action;
+}
+
+void WallAction::add(const WallAction& other) {
+  for (int w = 0; w < 6; ++w) normal_impulse[w] += other.normal_impulse[w];
+  work += other.work;
+  kinetic_change += other.kinetic_change;
+  impact_loss += other.impact_loss;
+  generalized_impulse += other.generalized_impulse;
+  virial += other.virial;
+  max_speed = std::max(max_speed, other.max_speed);
 }
 
 }  // namespace anticrack

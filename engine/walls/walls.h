@@ -1,7 +1,7 @@
 #pragma once
 
 #include <array>
-#include <vector>
+#include <cstdint>
 
 #include "sparse_grid.h"
 #include "vec3.h"
@@ -31,6 +31,8 @@ struct WallAction {
   double generalized_impulse = 0;  ///< sum of impulse . (full wall velocity) [J]; W2 is the rate of its force
   Vec3 virial = Vec3::Zero();  ///< sum of impulse_c x_c about the centre of the box, for c = x, y, z [N s m]
   double max_speed = 0;        ///< bound on the speed of the nodes set [m/s]
+
+  void add(const WallAction& other);
 };
 
 /// The six walls of the sample box and their motion, line 6 of Algorithm 1.
@@ -60,7 +62,6 @@ class Walls {
   struct Role;
   struct Part;
   struct Ties;
-  bool constrains(int axis, int component) const;
   double from_centre(int axis, int node) const;  ///< [m]
   double full_velocity_at(const Wall& wall, int component, int node_component) const;
   bool is_ghost(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, std::uint32_t axes,
@@ -73,6 +74,7 @@ class Walls {
                       const std::array<Reach, 6>& reach, Part& part) const;
 
   std::array<Wall, 6> walls_;
+  std::array<std::uint32_t, 3> constraining_{};  ///< bit a: the walls of axis a have a say in the component
   WallRule rule_;
   Vec3 initial_size_;
   double cell_size_;
