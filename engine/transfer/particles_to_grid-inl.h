@@ -77,44 +77,29 @@ HWY_INLINE void split_middle(V low, V& middle, V high) {
   middle = middle - low - high;
 }
 
-/// Adds particles [begin, end) to the 27 nodes of their cell: to one half of each node's line (4 numbers) in
-/// pieces of the vector's width, or to the whole line. Node (i, j, k) gets wz_k P_j + wz'_k Q_j with P_j =
-/// wy_j (wx_i carried + wx'_i T_x) + wy'_j wx_i T_y, Q_j = wy_j wx_i T_z. The affine part has this form too:
-/// in the half of the momenta w' are the moments, T the columns of m dx C.
-template <bool carries, bool pulls, int size, bool with_affine, class D>
+/// The numbers of a node: momentum and mass, or the force.
+enum class NodeHalf { momentum, force };
+
+/// Adds particles [begin, end) to the 27 nodes of their cell: to the numbers from `offset` on of one half of
+/// each node, as many as a vector has lanes. Node (i, j, k) gets wz_k P_j + wz'_k Q_j with P_j = wy_j (wx_i
+/// carried + wx'_i T_x) + wy'_j wx_i T_y, Q_j = wy_j wx_i T_z, of which momentum has `carried` and the force
+/// the tractions T. The affine part has this form too: there w' are the moments, T the columns of m dx C.
+template <NodeHalf half, int size, bool with_affine, class D>
 HWY_INLINE void add_to_nodes(D d, const Contributions<size, with_affine>& g, int begin, int end, int offset,
                              Node* nodes, int stride_x, int stride_y) {
   using V = hn::Vec<D>;
-  constexpr bool has_slopes = pulls || with_affine;
-  const auto carried = [&](int p) HWY_ATTR {
-#if HWY_TARGET != HWY_SCALAR
-    if constexpr (carries && pulls)
-      return hn::ZeroExtendVector(d, hn::Load(hn::Half<D>(), g.carried[p]));
-    else
-#endif
-      return hn::Load(d, g.carried[p] + offset);
-  };
+  constexpr bool carries = half == NodeHalf::momentum, has_slopes = !carries || with_affine;
+  const auto carried = [&](int p) HWY_ATTR { return hn::Load(d, g.carried[p] + offset); };
   const auto column = [&](int axis, int p) HWY_ATTR {  // T
-    if constexpr (carries && pulls) {
-#if HWY_TARGET != HWY_SCALAR
-      const hn::Half<D> half;
-      auto momenta = hn::Zero(half);
-      if constexpr (with_affine) momenta = hn::Load(half, g.affine[axis][p]);
-      return hn::Combine(d, hn::Load(half, g.traction[axis][p]), momenta);
-#endif
-    } else if constexpr (pulls) {
-      return hn::Load(d, g.traction[axis][p] + offset - 4);
-    } else if constexpr (with_affine) {
+    if constexpr (!carries)
+      return hn::Load(d, g.traction[axis][p] + offset);
+    else if constexpr (with_affine)
       return hn::Load(d, g.affine[axis][p] + offset);
-    }
   };
   const auto slope = [&](int axis, int side, int p) HWY_ATTR {  // w'
-    if constexpr (!with_affine || !carries)
+    if constexpr (!carries)
       return hn::Set(d, g.dw[axis][side][p]);
-    else if constexpr (pulls)
-      return hn::IfThenElse(hn::FirstN(d, 4), hn::Set(d, g.moment[axis][side][p]),
-                            hn::Set(d, g.dw[axis][side][p]));
-    else
+    else if constexpr (with_affine)
       return hn::Set(d, g.moment[axis][side][p]);
   };
   V sum[3][3][3];
@@ -178,25 +163,23 @@ HWY_INLINE void add_to_nodes(D d, const Contributions<size, with_affine>& g, int
     for (int k = 0; k < 3; ++k) split_middle(sum[lower][j][k], sum[all][j][k], sum[upper][j][k]);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
-      double* line = reinterpret_cast<double*>(nodes + i * stride_x + j * stride_y) + offset;
+      double* line =
+          reinterpret_cast<double*>(nodes + i * stride_x + j * stride_y) + (carries ? 0 : 4) + offset;
       for (int k = 0; k < 3; ++k) hn::Store(hn::Load(d, line + 8 * k) + sum[i][j][k], d, line + 8 * k);
     }
 }
 
-/// Lines 2-4 of Algorithm 1 for particles [begin, end), all of one cell, whose lowest node is `nodes`.
+/// Lines 2-4 of Algorithm 1 for particles [begin, end), all of one cell, whose lowest node is `nodes`. A half
+/// of a node at a time also where eight numbers fit into a vector: momentum has no tractions, the force no
+/// momenta.
 template <int size, bool with_affine>
 HWY_INLINE void add_to_cell(const Contributions<size, with_affine>& g, int begin, int end, Node* nodes,
                             int stride_x, int stride_y) {
   const hn::CappedTag<double, 4> d;
-  constexpr int width = int(hn::MaxLanes(d));
-  if constexpr (width == 8) {
-    add_to_nodes<true, true>(d, g, begin, end, 0, nodes, stride_x, stride_y);
-  } else {
-    for (int offset = 0; offset < 4; offset += width)
-      add_to_nodes<true, false>(d, g, begin, end, offset, nodes, stride_x, stride_y);
-    for (int offset = 4; offset < 8; offset += width)
-      add_to_nodes<false, true>(d, g, begin, end, offset, nodes, stride_x, stride_y);
-  }
+  for (int offset = 0; offset < 4; offset += int(hn::MaxLanes(d)))
+    add_to_nodes<NodeHalf::momentum>(d, g, begin, end, offset, nodes, stride_x, stride_y);
+  for (int offset = 0; offset < 4; offset += int(hn::MaxLanes(d)))
+    add_to_nodes<NodeHalf::force>(d, g, begin, end, offset, nodes, stride_x, stride_y);
 }
 
 }  // namespace HWY_NAMESPACE
