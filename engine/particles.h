@@ -2,9 +2,7 @@
 
 #include <hwy/aligned_allocator.h>
 
-#include <algorithm>
 #include <cstdint>
-#include <new>
 #include <vector>
 
 namespace anticrack {
@@ -21,13 +19,7 @@ class AlignedArray {
   double operator[](std::size_t i) const { return data_[i]; }
 
  private:
-  static constexpr std::size_t tail = 8;
-  static hwy::AlignedFreeUniquePtr<double[]> allocate(std::size_t size) {
-    auto data = hwy::AllocateAligned<double>(size + tail);
-    if (!data) throw std::bad_alloc();
-    std::fill_n(data.get(), size + tail, 0.0);
-    return data;
-  }
+  static hwy::AlignedFreeUniquePtr<double[]> allocate(std::size_t size);  ///< zeros
   std::size_t size_ = 0;
   hwy::AlignedFreeUniquePtr<double[]> data_;
 };
