@@ -82,12 +82,15 @@ struct AnalyticSolid {
     double best = reach;
     for (int start = 0; start < descents; ++start) {
       auto [length, direction] = found[std::size_t(start)];
+      // Beside a crease only few ways lead on: many are tried, each turned by the golden angle.
+      constexpr int ways = 24;
+      double turn = 0;
       for (double angle = 0.1; angle > 2e-5;) {
         const Vec3 t0 = direction.unitOrthogonal(), t1 = direction.cross(t0);
         bool better = false;
-        for (int way = 0; way < 8; ++way) {
-          const Vec3 other =
-              (direction + angle * (std::cos(pi * way / 4) * t0 + std::sin(pi * way / 4) * t1)).normalized();
+        for (int way = 0; way < ways && !better; ++way) {
+          turn += pi * (3 - std::sqrt(5.0));
+          const Vec3 other = (direction + angle * (std::cos(turn) * t0 + std::sin(turn) * t1)).normalized();
           const double path = free_path(x, other, solid, length);
           if (path < length) length = path, direction = other, better = true;
         }
@@ -287,15 +290,15 @@ TEST(Morphology, CapsTheSheetsAtTheFacesOfTheBox) {
       }
 }
 
-// Two slabs that cross at an angle: the distance to a wedge or a strut has a closed form.
-TEST(Morphology, CreasesHaveTheirExactDistance) {
+// Two slabs that cross: the distance to a wedge or a strut has a closed form.
+void expect_exact_distances(const std::array<double, 2>& angles, double half) {
   const Index3 points = {40, 40, 12};
   constexpr int p = PaddedField::padding;
-  const Vec3 normal[2] = {Vec3(std::cos(0.3), std::sin(0.3), 0), Vec3(-std::sin(0.5), std::cos(0.5), 0)};
+  std::array<Vec3, 2> normal;
   const Vec3 centre(19.6, 19.3, 0);
-  constexpr double half[2] = {4.2, 4.2};
   std::vector<PaddedField> fields;
-  for (int n : {0, 1}) {
+  for (std::size_t n : {0, 1}) {
+    normal[n] = Vec3(std::cos(angles[n]), std::sin(angles[n]), 0);
     fields.push_back({points, {}});
     for (int k = -p; k < points[2] + p; ++k)
       for (int j = -p; j < points[1] + p; ++j)
@@ -307,11 +310,10 @@ TEST(Morphology, CreasesHaveTheirExactDistance) {
   for (int n = 0; n < 4; ++n) {
     Mat3 m = Mat3::Identity();
     m.row(0) = normal[0], m.row(1) = normal[1];
-    corners[std::size_t(n)] =
-        centre + m.inverse() * Vec3(n & 1 ? half[0] : -half[0], n & 2 ? half[1] : -half[1], 0);
+    corners[std::size_t(n)] = centre + m.inverse() * Vec3(n & 1 ? half : -half, n & 2 ? half : -half, 0);
   }
   for (const Morphology morphology : {Morphology::open_cell, Morphology::closed_cell}) {
-    const LevelSet level_set = build_level_set(CutSolid{morphology, fields, 4.2}, 1.0);
+    const LevelSet level_set = build_level_set(CutSolid{morphology, fields, half}, 1.0);
     const bool open = morphology == Morphology::open_cell;
     for (int j = 4; j < 36; ++j)
       for (int i = 4; i < 36; ++i) {
@@ -319,17 +321,27 @@ TEST(Morphology, CreasesHaveTheirExactDistance) {
         const Vec3 flat = Vec3(i, j, 0);
         double exact = 100;
         for (const Vec3& corner : corners) exact = std::min(exact, (flat - corner).norm());
-        for (int n : {0, 1})
+        for (std::size_t n : {0, 1})
           for (int side : {-1, 1}) {
-            const double away = normal[n].dot(flat - centre) - side * half[n];
+            const double away = normal[n].dot(flat - centre) - side * half;
             const Vec3 foot = flat - away * normal[n];
-            const double other = std::abs(normal[1 - n].dot(foot - centre)) - half[1 - n];
+            const double other = std::abs(normal[1 - n].dot(foot - centre)) - half;
             if (open ? other <= 0 : other >= 0) exact = std::min(exact, std::abs(away));
           }
         const double got = std::abs(level_set.grid->tree().getValue({i, j, 6}));
-        ASSERT_NEAR(got, std::min(exact, 3.0), 1e-3) << name_of(morphology) << " " << x.transpose();
+        ASSERT_NEAR(got, std::min(exact, 3.0), 1e-3)
+            << name_of(morphology) << " " << x.transpose() << ", angles " << angles[0] << " " << angles[1];
       }
   }
+}
+
+TEST(Morphology, CreasesHaveTheirExactDistance) {
+  expect_exact_distances({0.3, 0.5 + pi / 2}, 4.2);
+}
+
+TEST(Morphology, CreasesOfSheetsThatAreNearlyParallelHaveTheirExactDistance) {
+  expect_exact_distances({0.3, 0.65}, 1.2);
+  expect_exact_distances({0.3, 0.5}, 0.9);
 }
 
 TEST(Anisotropy, StretchesTheSecondMomentsOfTheWaveVectors) {
