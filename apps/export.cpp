@@ -7,7 +7,6 @@
 #include <memory>
 #include <string>
 
-#include "common_options.h"
 #include "errors.h"
 #include "image_options.h"
 #include "images/image_level_set.h"
@@ -23,12 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct ExportOptions : CommonOptions, ImageOptions {
-  std::string input, output;
-  bool force = false;
-};
-
-void check_output(const ExportOptions& options) {
+void check_output(const ConversionOptions& options) {
   const fs::path output = options.output;
   if (!is_image_name(output) && !is_mesh_name(output))
     throw InputError(fmt::format("-o {}: unknown format; expected a name that ends in {}, .stl or .ply.",
@@ -42,7 +36,7 @@ void check_output(const ExportOptions& options) {
     check_output_file(fs::path(output).replace_extension(".raw"), options.force);
 }
 
-void export_structure(const ExportOptions& options) {
+void export_structure(const ConversionOptions& options) {
   const Microstructure structure = read_microstructure(options.input);
   if (is_mesh_name(options.output)) return write_mesh(mesh_surface(structure), options.output);
   const PhaseImage image = phase_image_of(structure);
@@ -56,7 +50,7 @@ void export_structure(const ExportOptions& options) {
   write_image(source, options.output);
 }
 
-void export_scan(const ExportOptions& options) {
+void export_scan(const ConversionOptions& options) {
   const double voxel_size = parse_voxel_size(options);
   ImageProgress progress(options.progress());
   const bool is_mesh = is_mesh_name(options.output);
@@ -76,7 +70,7 @@ void export_scan(const ExportOptions& options) {
               options.output);
 }
 
-void export_any(const ExportOptions& options) {
+void export_any(const ConversionOptions& options) {
   check_output(options);
   const ThreadLimit limit(thread_count(options));
   const fs::path folder = fs::path(options.output).has_filename()
@@ -94,21 +88,15 @@ void export_any(const ExportOptions& options) {
 
 CLI::App* add_export_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("export", "Microstructure or scan as an image or a surface mesh");
-  auto options = std::make_shared<ExportOptions>();
-  command->add_option("input", options->input, "Level set (.vdb), or a scan as `import` takes it")
-      ->required()
-      ->type_name("S.vdb|FILE_OR_FOLDER");
-  command
-      ->add_option(
-          "-o,--output", options->output,
-          "By its ending: .tif, .raw, .nrrd, .mhd, .mha, .npy, .vti (255 solid, 0 pore), NAME/ for a "
-          "folder of TIFF slices, .stl, .ply (surface)")
-      ->required()
-      ->type_name("FILE");
-  add_image_options(*command, *options);
-  command->add_flag("--force", options->force, "Replace an existing file");
-  add_threads_option(*command, *options);
-  add_progress_options(*command, *options);
+  auto options = std::make_shared<ConversionOptions>();
+  add_conversion_options(
+      *command, *options,
+      {.input_name = "input",
+       .input = "Level set (.vdb), or a scan as `import` takes it",
+       .input_type = "S.vdb|FILE_OR_FOLDER",
+       .output = "By its ending: .tif, .raw, .nrrd, .mhd, .mha, .npy, .vti (255 solid, 0 pore), NAME/ for a "
+                 "folder of TIFF slices, .stl, .ply (surface)",
+       .output_type = "FILE"});
   command->footer(
       "Examples:\n"
       "  anticrack export sample.vdb -o sample.tif\n"

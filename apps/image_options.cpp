@@ -101,6 +101,15 @@ void add_image_options(CLI::App& command, ImageOptions& options) {
       ->check(CLI::IsMember({"little", "big"}));
 }
 
+void add_conversion_options(CLI::App& command, ConversionOptions& options, const ConversionTexts& texts) {
+  command.add_option(texts.input_name, options.input, texts.input)->required()->type_name(texts.input_type);
+  command.add_option("-o,--output", options.output, texts.output)->required()->type_name(texts.output_type);
+  add_image_options(command, options);
+  command.add_flag("--force", options.force, "Replace an existing file");
+  add_threads_option(command, options);
+  add_progress_options(command, options);
+}
+
 double parse_voxel_size(const ImageOptions& options) {
   if (options.voxel_size.empty())
     throw InputError(

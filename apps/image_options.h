@@ -3,6 +3,7 @@
 #include <functional>
 #include <string>
 
+#include "common_options.h"
 #include "images/segmentation.h"
 #include "progress.h"
 #include "stop_signal.h"
@@ -21,6 +22,20 @@ struct ImageOptions {
 
 /// --voxel-size, --shape, --type, --byte-order, --solid, --threshold, --crop, --downsample
 void add_image_options(CLI::App& command, ImageOptions& options);
+
+/// What subcommands offer that turn a file into another, one of them an image.
+struct ConversionOptions : CommonOptions, ImageOptions {
+  std::string input, output;
+  bool force = false;
+};
+
+/// How the input, a required positional argument, and the output are called and explained.
+struct ConversionTexts {
+  std::string input_name, input, input_type, output, output_type;
+};
+
+/// The input, -o, those of an image, --force, --threads, --quiet, --log-json
+void add_conversion_options(CLI::App& command, ConversionOptions& options, const ConversionTexts& texts);
 
 /// [m]. @throws InputError  missing, no length, or not positive
 double parse_voxel_size(const ImageOptions& options);

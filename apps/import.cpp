@@ -7,7 +7,6 @@
 #include <memory>
 #include <string>
 
-#include "common_options.h"
 #include "errors.h"
 #include "image_options.h"
 #include "images/image_level_set.h"
@@ -20,12 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct ImportOptions : CommonOptions, ImageOptions {
-  std::string image, output;
-  bool force = false;
-};
-
-void import_image(const ImportOptions& options) {
+void import_image(const ConversionOptions& options) {
   // Refuse what cannot work before the work.
   const double voxel_size = parse_voxel_size(options);
   if (fs::path(options.output).extension() != ".vdb")
@@ -36,11 +30,11 @@ void import_image(const ImportOptions& options) {
   ImageProgress progress(options.progress());
   const auto start = std::chrono::steady_clock::now();
 
-  PhaseSlices slices = open_phase_slices(options.image, options, progress, image_level_set_memory);
+  PhaseSlices slices = open_phase_slices(options.input, options, progress, image_level_set_memory);
   const Index3 size = slices.size();
   Microstructure structure = build_image_level_set(
       slices, voxel_size, progress.watch("level set", double(size[0]) * size[1] * size[2], 0.1, 1));
-  structure.metadata["file"] = fs::absolute(options.image).lexically_normal().filename().string();
+  structure.metadata["file"] = fs::absolute(options.input).lexically_normal().filename().string();
   const fs::path folder = fs::path(options.output).parent_path();
   if (!folder.empty()) fs::create_directories(folder);
   write_microstructure(structure, options.output);
@@ -57,18 +51,14 @@ void import_image(const ImportOptions& options) {
 
 CLI::App* add_import_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("import", "Scan (image stack) to an OpenVDB level set");
-  auto options = std::make_shared<ImportOptions>();
-  command
-      ->add_option(
-          "image", options->image,
-          "TIFF stack, folder of TIFF or PNG slices, NRRD, MetaImage, NumPy array [z, y, x], raw bytes")
-      ->required()
-      ->type_name("FILE_OR_FOLDER");
-  command->add_option("-o,--output", options->output, "File to write")->required()->type_name("S.vdb");
-  add_image_options(*command, *options);
-  command->add_flag("--force", options->force, "Replace an existing file");
-  add_threads_option(*command, *options);
-  add_progress_options(*command, *options);
+  auto options = std::make_shared<ConversionOptions>();
+  add_conversion_options(
+      *command, *options,
+      {.input_name = "image",
+       .input = "TIFF stack, folder of TIFF or PNG slices, NRRD, MetaImage, NumPy array [z, y, x], raw bytes",
+       .input_type = "FILE_OR_FOLDER",
+       .output = "File to write",
+       .output_type = "S.vdb"});
   command->footer(
       "Examples:\n"
       "  anticrack import assets/scans/berea.tif -o berea.vdb --voxel-size '5.345 um'\n"

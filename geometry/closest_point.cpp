@@ -105,14 +105,17 @@ Vec3 polish(std::span<const Sheet> sheets, const Vec3& y, const std::array<Vec3,
 
 }  // namespace
 
-std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3& x, const Vec3& start) {
+std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3& x, const Vec3& start,
+                                       double settled) {
   const Index3& points = sheets[0].field->points;
   const Vec3 lower = Vec3::Constant(-0.5);
   const Vec3 upper = Vec3(points[0], points[1], points[2]) - Vec3::Constant(0.5);
   constexpr int most_iterations = 12;
-  // The tangential error is then about its square, and the error of the distance the square of that. Along a
-  // crease the sheets' errors add up, the more the less they are inclined.
-  const double settled = sheets.size() == 1 ? 0.15 : 0.03;
+  // The tangential error is about the square of the last step, and the error of the distance the square of
+  // that. Along a crease the sheets' errors add up, the more the less they are inclined. Near a centre of
+  // curvature steps shrink slowly: then the longer one has to do.
+  constexpr double most_settled = 0.15;
+  const double crease_factor = sheets.size() == 1 ? 1.0 : 0.2;
 
   Vec3 y = start;
   Held held{};
@@ -142,7 +145,8 @@ std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3
       }
     }
     y = next;
-    if (stopped || step.squaredNorm() > settled * settled) continue;
+    const double enough = crease_factor * (iteration < most_iterations / 2 ? settled : most_settled);
+    if (stopped || step.squaredNorm() > enough * enough) continue;
 
     // A face binds only while the way to the minimum leads out through it.
     if (!released) {
@@ -152,7 +156,9 @@ std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3
       }
       if (released) continue;
     }
-    return polish(sheets, y, gradients).cwiseMax(lower).cwiseMin(upper);
+    y = polish(sheets, y, gradients);
+    if (sheets.size() == 2) y = polish(sheets, y, gradients);  // the interpolants' creases lie farther apart
+    return y.cwiseMax(lower).cwiseMin(upper);
   }
   return std::nullopt;
 }

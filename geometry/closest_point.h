@@ -14,7 +14,9 @@ namespace anticrack {
 /// @param sheets  one, or two of different fields
 /// @param x       index space, anywhere
 /// @param start   index space, within the box, near the surface
+/// @param settled the step after which the iteration ends [voxels], at most 0.15
 /// @return        nothing if the iteration does not settle
-std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3& x, const Vec3& start);
+std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3& x, const Vec3& start,
+                                       double settled);
 
 }  // namespace anticrack

@@ -80,6 +80,30 @@ ClosestSeeds::Choice ClosestSeeds::at(int i, int j, int k) const {
   return choice;
 }
 
+std::vector<Vec3> ClosestSeeds::all_around(int i, int j, int k) const {
+  std::vector<Offset> offsets;
+  for (int dk = -1; dk <= 1; ++dk)
+    for (int dj = -1; dj <= 1; ++dj)
+      for (int di = -1; di <= 1; ++di)
+        if (const auto offset = neighbour({i, j, k}, {di, dj, dk}, rings)) offsets.push_back(*offset);
+  std::ranges::stable_sort(offsets, {}, &Offset::squared);
+
+  constexpr int apart = steps / 2;
+  std::vector<Offset> taken;
+  std::vector<Vec3> seeds;
+  for (const Offset& offset : offsets) {
+    const bool is_new = std::ranges::all_of(taken, [&](const Offset& other) {
+      int gap = 0;
+      for (int axis = 0; axis < 3; ++axis) gap += square(offset.way[axis] - other.way[axis]);
+      return gap > apart * apart;
+    });
+    if (!is_new) continue;
+    taken.push_back(offset);
+    seeds.emplace_back(i + unit * offset.way[0], j + unit * offset.way[1], k + unit * offset.way[2]);
+  }
+  return seeds;
+}
+
 std::optional<ClosestSeeds::Offset> ClosestSeeds::neighbour(const Index3& point, const Index3& step,
                                                             int last_ring) const {
   const Index3 at = {point[0] + step[0], point[1] + step[1], point[2] + step[2]};
@@ -117,16 +141,26 @@ std::optional<Vec3> ClosestSeeds::first_order(const Sheet& sheet, const Index3& 
   return step.squaredNorm() <= nearest * nearest ? step : crossing;
 }
 
-// Whether the other field lets the sheet bound the solid there, within half a voxel.
-bool ClosestSeeds::on_boundary(const CutSolid& solid, const Sheet& sheet, const Index3& index,
-                               const Vec3& step) const {
-  if (solid.fields.size() == 1) return true;
+// The step to the sheet, prolonged to the crease where the other field does not let the sheet bound the
+// solid there; to first order. Nothing if the crease is too far for that.
+std::optional<Vec3> ClosestSeeds::to_boundary(const CutSolid& solid, const Sheet& sheet, const Index3& index,
+                                              const Vec3& step) const {
+  if (solid.fields.size() == 1) return step;
   const PaddedField& other = solid.fields[sheet.field == &solid.fields[0] ? 1 : 0];
-  const auto [i, j, k] = index;
-  const Vec3 gradient(other.at(i + 1, j, k) - other.at(i - 1, j, k),
-                      other.at(i, j + 1, k) - other.at(i, j - 1, k),
-                      other.at(i, j, k + 1) - other.at(i, j, k - 1));
-  return solid.on_boundary(other.at(i, j, k) + 0.5 * gradient.dot(step)) > -0.25 * gradient.norm();
+  const auto gradient_of = [&, i = index[0], j = index[1], k = index[2]](const PaddedField& field) {
+    return Vec3(0.5 * Vec3(field.at(i + 1, j, k) - field.at(i - 1, j, k),
+                           field.at(i, j + 1, k) - field.at(i, j - 1, k),
+                           field.at(i, j, k + 1) - field.at(i, j, k - 1)));
+  };
+  const Vec3 gradient = gradient_of(other), normal = gradient_of(*sheet.field).normalized();
+  const double there = other.at(index[0], index[1], index[2]) + gradient.dot(step);
+  if (solid.on_boundary(there) >= 0) return step;
+  const Vec3 along = gradient - gradient.dot(normal) * normal;  // the sheet
+  const double missing = std::copysign(solid.threshold, there) - there;
+  const Vec3 rest = along * (missing / along.squaredNorm());
+  constexpr double farthest = 1.0;  // voxels
+  if (!(rest.squaredNorm() < farthest * farthest)) return std::nullopt;
+  return Vec3(step + rest);
 }
 
 // Lattice points of the box beside a sheet, where it bounds the solid.
@@ -141,8 +175,9 @@ void ClosestSeeds::start_ring(const CutSolid& solid, std::vector<Plane>& found) 
         for (const Sheet& sheet : sheets) {
           const std::optional<Vec3> candidate = first_order(sheet, index);
           if (!candidate || candidate->squaredNorm() >= least) continue;
-          if (!on_boundary(solid, sheet, index, *candidate)) continue;
-          step = *candidate, least = step.squaredNorm();
+          const std::optional<Vec3> bound = to_boundary(solid, sheet, index, *candidate);
+          if (!bound || bound->squaredNorm() >= least) continue;
+          step = *bound, least = step.squaredNorm();
         }
         if (!std::isfinite(least)) continue;
         Seed seed{{}, 1};

@@ -26,6 +26,9 @@ class ClosestSeeds {
   /// Of the seeds of (i, j, k) and its six neighbours, index space.
   Choice at(int i, int j, int k) const;
 
+  /// All seeds of (i, j, k) and the 26 points around it that lie apart, the nearest first, index space.
+  std::vector<Vec3> all_around(int i, int j, int k) const;
+
  private:
   struct Offset {
     Index3 way;   // from a lattice point to a seed, in the unit of `packed_`
@@ -37,7 +40,8 @@ class ClosestSeeds {
 
   void start_ring(const CutSolid& solid, std::vector<Plane>& found);
   std::optional<Vec3> first_order(const Sheet& sheet, const Index3& index) const;
-  bool on_boundary(const CutSolid& solid, const Sheet& sheet, const Index3& index, const Vec3& step) const;
+  std::optional<Vec3> to_boundary(const CutSolid& solid, const Sheet& sheet, const Index3& index,
+                                  const Vec3& step) const;
   std::vector<Plane> grow_ring(int ring, const std::vector<Plane>& frontier);
   std::uint32_t in_plane(int i, int j) const;
   std::optional<Offset> neighbour(const Index3& point, const Index3& step, int last_ring) const;

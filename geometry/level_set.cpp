@@ -16,6 +16,7 @@ namespace {
 using Leaf = openvdb::FloatTree::LeafNodeType;
 
 constexpr double half_width = 3.0;       // voxels
+constexpr double seed_error = 0.75;      // voxels, of the worst seed
 constexpr double far_away = 1e3;         // stands for any distance beyond the band
 constexpr double least_distance = 1e-6;  // keeps the sign of a lattice point that lies on the surface
 
@@ -48,30 +49,52 @@ class CappedSolid {
     return solid_.excess([&](const PaddedField& field) { return interpolate_value(field, x); });
   }
 
+  // To the sheets, and the creases of composed solids.
   double distance_to_cut(const Vec3& x, int i, int j, int k, bool from_solid) const {
     const ClosestSeeds::Choice seeds = seeds_.at(i, j, k);
     if (!seeds.first) return far_away;
-    const double distance = distance_to_cut(x, *seeds.first, from_solid);
-    return seeds.second ? std::min(distance, distance_to_cut(x, *seeds.second, from_solid)) : distance;
+    if (!composed()) {
+      const double distance = distance_to_sheets(x, *seeds.first);
+      return seeds.second ? std::min(distance, distance_to_sheets(x, *seeds.second)) : distance;
+    }
+
+    const double rough = (x - *seeds.first).norm();
+    if (rough > half_width + seed_error) return far_away;
+    double least = distance_to_any(x, *seeds.first, from_solid, far_away);
+    if (seeds.second) least = distance_to_any(x, *seeds.second, from_solid, least);
+    // A seed lies on the boundary: if nothing as near was found, look again, at all seeds around.
+    constexpr double seed_accuracy = 0.03;  // voxels, of most
+    if (least > rough + seed_accuracy) {
+      for (const Vec3& seed : seeds_.all_around(i, j, k))
+        if ((x - seed).norm() < least + seed_error) least = distance_to_any(x, seed, from_solid, least);
+    }
+    return least < far_away ? least : rough;
   }
 
-  double distance_to_cut(const Vec3& x, const Vec3& seed, bool from_solid) const {
+  bool composed() const { return solid_.fields.size() == 2; }
+
+  double distance_to_sheets(const Vec3& x, const Vec3& seed) const {
     const double rough = (x - seed).norm();
-    constexpr double seed_error = 0.75;  // voxels, of the worst seed
     if (rough > half_width + seed_error) return far_away;
     const double distance =
-        sheets_.size() == 1 ? distance_to(sheets_, x, seed) : distance_to_any(x, seed, from_solid);
+        sheets_.size() == 1 ? distance_to_one(x, seed) : distance_to_any(x, seed, false, far_away);
     return distance > rough + seed_error ? rough : distance;
   }
 
-  double distance_to(std::span<const Sheet> sheets, const Vec3& x, const Vec3& start) const {
-    const std::optional<Vec3> closest = find_closest_point(sheets, x, start);
+  std::optional<Vec3> closest_on(std::span<const Sheet> sheets, const Vec3& x, const Vec3& start) const {
+    // The curved and thin parts of composed solids take one step more.
+    return find_closest_point(sheets, x, start, composed() ? 0.03 : 0.15);
+  }
+
+  double distance_to_one(const Vec3& x, const Vec3& start) const {
+    const std::optional<Vec3> closest = closest_on(sheets_, x, start);
     return closest ? (x - *closest).norm() : far_away;
   }
 
-  // To the nearest of the sheets that pass near the seed, where they bound the solid. Only seen from the
-  // pores of an open cell and from the solid of a closed one may a crease be nearer than every sheet.
-  double distance_to_any(const Vec3& x, const Vec3& seed, bool from_solid) const {
+  // To the nearest of the sheets that pass near the seed, where they bound the solid, and of the creases;
+  // at most `least`. Only seen from the pores of an open cell and from the solid of a closed one may a crease
+  // be nearer than every sheet.
+  double distance_to_any(const Vec3& x, const Vec3& seed, bool from_solid, double least) const {
     constexpr double reach = 1.5;  // voxels, to first order
     std::array<double, 4> away;
     double nearest = far_away;
@@ -83,37 +106,31 @@ class CappedSolid {
       }
     }
     const bool reentrant = (solid_.morphology == Morphology::open_cell) != from_solid;
-    double least = far_away;
+    std::array<std::array<std::optional<Vec3>, 2>, 2> off_boundary;  // by the sheets of either field
     for (std::size_t n = 0; n < sheets_.size(); ++n) {
       if (away[n] > std::max(reach, nearest)) continue;
-      const std::optional<Vec3> closest = find_closest_point({&sheets_[n], 1}, x, seed);
+      const std::optional<Vec3> closest = closest_on({&sheets_[n], 1}, x, seed);
       if (!closest || (x - *closest).norm() >= least) continue;
-      const PaddedField* other = other_field(sheets_[n]);
-      const double other_value = other ? interpolate_value(*other, *closest) : 0.0;
-      if (!other || solid_.on_boundary(other_value) >= 0)
+      const double other_value = composed() ? interpolate_value(solid_.fields[n < 2], *closest) : 0.0;
+      if (!composed() || solid_.on_boundary(other_value) >= 0) {
         least = (x - *closest).norm();
-      else if (reentrant)
-        least = std::min(least, distance_to_crease(sheets_[n], {other, other_value}, x, *closest));
+      } else if (reentrant) {
+        // Within the other cut, either of its sheets may be nearer.
+        for (const std::size_t side : {0, 1}) {
+          if (solid_.morphology == Morphology::open_cell && (other_value < 0) != (side == 1)) continue;
+          auto& crease = n < 2 ? off_boundary[n][side] : off_boundary[side][n - 2];
+          if (!crease) crease = closest;
+        }
+      }
     }
-    return least;
-  }
-
-  const PaddedField* other_field(const Sheet& sheet) const {
-    if (solid_.fields.size() == 1) return nullptr;
-    return &solid_.fields[sheet.field == &solid_.fields[0] ? 1 : 0];
-  }
-
-  // `through`: the other field with its value at the start. Within its cut, either of its sheets may be
-  // nearer.
-  double distance_to_crease(const Sheet& sheet, const Sheet& through, const Vec3& x,
-                            const Vec3& start) const {
-    const double near_level = std::copysign(solid_.threshold, through.level);
-    double least = far_away;
-    for (const double level : {near_level, -near_level}) {
-      const std::array<Sheet, 2> both = {sheet, Sheet{through.field, level}};
-      least = std::min(least, distance_to(both, x, start));
-      if (solid_.morphology == Morphology::open_cell) break;
-    }
+    for (const std::size_t n : {0, 1})
+      for (const std::size_t m : {0, 1})
+        if (const std::optional<Vec3>& start = off_boundary[n][m]) {
+          const std::array<Sheet, 2> both = {sheets_[n], sheets_[2 + m]};
+          std::optional<Vec3> closest = closest_on(both, x, seed);
+          if (!closest) closest = closest_on(both, x, *start);
+          if (closest) least = std::min(least, (x - *closest).norm());
+        }
     return least;
   }
 
