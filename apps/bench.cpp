@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
-#include "atomic_file.h"
 #include "bench_cases.h"
 #include "common_options.h"
 #include "errors.h"
+#include "files/atomic_file.h"
 #include "kernels.h"
 #include "machine_limits.h"
 #include "observables/observer.h"

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "atomic_file.h"
 #include "common_options.h"
+#include "files/atomic_file.h"
 #include "measured_sample.h"
 #include "nearest_name.h"
 #include "output_folder.h"

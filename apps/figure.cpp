@@ -6,11 +6,11 @@
 #include <filesystem>
 #include <memory>
 
-#include "atomic_file.h"
 #include "common_options.h"
 #include "errors.h"
 #include "exit_codes.h"
 #include "figure_data.h"
+#include "files/atomic_file.h"
 #include "output_folder.h"
 #include "stop_signal.h"
 #if ANTICRACK_RENDER

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "gaussian_random_field.h"
+#include "fields/gaussian_random_field.h"
 #include "measures/clusters.h"
 #include "measures/field_theory.h"
 #include "measures/geodesic.h"

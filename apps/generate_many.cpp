@@ -12,8 +12,8 @@
 #include <mutex>
 #include <thread>
 
-#include "atomic_file.h"
 #include "exit_codes.h"
+#include "files/atomic_file.h"
 #include "output_folder.h"
 #include "sample.h"
 #include "stop_signal.h"

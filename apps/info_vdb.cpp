@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
 #include "errors.h"
+#include "files/vdb_file.h"
 #include "info.h"
-#include "vdb_file.h"
 
 namespace anticrack {
 

@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "atomic_file.h"
 #include "common_options.h"
 #include "errors.h"
+#include "files/atomic_file.h"
 #include "loading_cases.h"
 #include "observables/loading_law.h"
 #include "observables/observer.h"

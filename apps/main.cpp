@@ -10,7 +10,6 @@
 #include <system_error>
 #include <vector>
 
-#include "atomic_file.h"
 #include "bench.h"
 #include "characterize.h"
 #include "clean.h"
@@ -18,6 +17,7 @@
 #include "exit_codes.h"
 #include "export.h"
 #include "figure.h"
+#include "files/atomic_file.h"
 #include "generate.h"
 #include "import.h"
 #include "info.h"

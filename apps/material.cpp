@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "atomic_file.h"
 #include "common_options.h"
 #include "errors.h"
+#include "files/atomic_file.h"
 #include "material/material_point.h"
 #include "output_folder.h"
 #include "scene.h"

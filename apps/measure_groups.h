@@ -4,9 +4,9 @@
 #include <span>
 
 #include "characterization.h"
+#include "level_sets/surface_mesh.h"
 #include "measures/field_theory.h"
 #include "measures/phase_image.h"
-#include "surface_mesh.h"
 
 namespace anticrack {
 

@@ -12,10 +12,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "atomic_file.h"
 #include "common_options.h"
 #include "errors.h"
 #include "exit_codes.h"
+#include "files/atomic_file.h"
 #include "io/provenance.h"
 #include "kernels.h"
 #include "loading_study.h"

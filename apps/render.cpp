@@ -10,8 +10,8 @@
 #include <memory>
 
 #include "annotation.h"
-#include "atomic_file.h"
 #include "errors.h"
+#include "files/atomic_file.h"
 #include "output_folder.h"
 #include "panel.h"
 #include "render_frames.h"

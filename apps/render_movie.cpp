@@ -10,8 +10,8 @@
 #include <cstring>
 #include <string_view>
 
-#include "atomic_file.h"
 #include "errors.h"
+#include "files/atomic_file.h"
 
 extern char** environ;
 

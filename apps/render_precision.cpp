@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "atomic_file.h"
+#include "files/atomic_file.h"
 #include "io/provenance.h"
 #include "plot.h"
 

@@ -8,8 +8,8 @@
 #include <map>
 #include <sstream>
 
-#include "atomic_file.h"
 #include "errors.h"
+#include "files/atomic_file.h"
 #include "io/checkpoint.h"
 #include "io/provenance.h"
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <string_view>
 
-#include "morphology.h"
+#include "fields/morphology.h"
 
 namespace anticrack::scene_names {
 

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "errors.h"
-#include "vdb_file.h"
+#include "files/vdb_file.h"
 
 namespace anticrack {
 

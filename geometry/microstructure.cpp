@@ -12,8 +12,8 @@
 #include <numbers>
 
 #include "errors.h"
-#include "graded_field.h"
-#include "level_set.h"
+#include "fields/graded_field.h"
+#include "level_sets/level_set.h"
 
 namespace anticrack {
 namespace {

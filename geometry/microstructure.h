@@ -8,14 +8,14 @@
 #include <variant>
 #include <vector>
 
-#include "gaussian_random_field.h"
-#include "morphology.h"
+#include "fields/gaussian_random_field.h"
+#include "fields/morphology.h"
 #include "sample_lattice.h"
 #include "vec3.h"
 
 namespace anticrack {
 
-struct LevelSet;  // level_set.h; holds the OpenVDB grid
+struct LevelSet;  // level_sets/level_set.h; holds the OpenVDB grid
 
 using MetadataValue = std::variant<std::int64_t, double, std::string>;
 

@@ -9,8 +9,8 @@
 #include <cmath>
 
 #include "errors.h"
-#include "level_set.h"
-#include "vdb_file.h"
+#include "files/vdb_file.h"
+#include "level_sets/level_set.h"
 
 namespace anticrack {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "level_set.h"
+#include "level_sets/level_set.h"
 #include "microstructure.h"
 #include "solid_lattice.h"
 

@@ -7,8 +7,8 @@
 #include <cerrno>
 #include <cstring>
 
-#include "atomic_file.h"
 #include "errors.h"
+#include "files/atomic_file.h"
 #include "io/provenance.h"
 
 namespace anticrack {

@@ -14,10 +14,10 @@
 #include <span>
 
 #include "errors.h"
+#include "files/vdb_file.h"
 #include "io/frame_file_name.h"
 #include "io/solid_raster.h"
 #include "length_unit.h"
-#include "vdb_file.h"
 
 namespace anticrack {
 namespace {

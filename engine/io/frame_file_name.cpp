@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <charconv>
 
-#include "atomic_file.h"
 #include "errors.h"
+#include "files/atomic_file.h"
 #include "io/frame.h"
 
 namespace anticrack {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "atomic_file.h"
+#include "files/atomic_file.h"
 
 namespace anticrack {
 namespace {

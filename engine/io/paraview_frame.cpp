@@ -14,8 +14,8 @@
 #include <span>
 #include <string>
 
-#include "atomic_file.h"
 #include "errors.h"
+#include "files/atomic_file.h"
 #include "io/frame.h"
 #include "io/frame_file_name.h"
 

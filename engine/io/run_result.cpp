@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "atomic_file.h"
+#include "files/atomic_file.h"
 
 namespace anticrack {
 namespace {

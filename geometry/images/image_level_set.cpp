@@ -9,7 +9,7 @@
 #include <deque>
 
 #include "errors.h"
-#include "level_set.h"
+#include "level_sets/level_set.h"
 
 namespace anticrack {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <cstdint>
 
+#include "fields/padded_field.h"
 #include "images/segmentation.h"
 #include "microstructure.h"
-#include "padded_field.h"
 
 namespace anticrack {
 

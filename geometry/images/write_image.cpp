@@ -10,8 +10,8 @@
 #include <memory>
 #include <string>
 
-#include "atomic_file.h"
 #include "errors.h"
+#include "files/atomic_file.h"
 #include "images/header_text.h"
 
 namespace anticrack {

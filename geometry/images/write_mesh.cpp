@@ -6,8 +6,8 @@
 #include <cstring>
 #include <fstream>
 
-#include "atomic_file.h"
 #include "errors.h"
+#include "files/atomic_file.h"
 #include "images/header_text.h"
 
 namespace anticrack {

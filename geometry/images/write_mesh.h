@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "surface_mesh.h"
+#include "level_sets/surface_mesh.h"
 
 namespace anticrack {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "errors.h"
-#include "level_set.h"
+#include "level_sets/level_set.h"
 
 namespace anticrack {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "gaussian_random_field.h"
-#include "morphology.h"
+#include "fields/gaussian_random_field.h"
+#include "fields/morphology.h"
 
 namespace anticrack {
 

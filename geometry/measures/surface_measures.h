@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "surface_mesh.h"
+#include "level_sets/surface_mesh.h"
 #include "vec3.h"
 
 namespace anticrack {

@@ -20,6 +20,15 @@ const std::map<std::string, std::set<std::string>> may_include = {
     {"apps", {"apps", "engine", "geometry", "render"}},
 };
 
+/// The folders of geometry/, of each other; what lies beside them may include all of them.
+const std::map<std::string, std::set<std::string>> may_include_in_geometry = {
+    {"files", {}},
+    {"fields", {"files"}},
+    {"level_sets", {"fields"}},
+    {"measures", {"fields", "level_sets"}},
+    {"images", {"fields", "files", "level_sets", "measures"}},
+};
+
 bool is_source(const fs::path& file) {
   return file.extension() == ".h" || file.extension() == ".cpp";
 }
@@ -50,6 +59,29 @@ TEST(FolderDependencies, PointOneWay) {
     }
   }
   EXPECT_GT(includes, 100);
+}
+
+TEST(FolderDependencies, PointOneWayWithinGeometry) {
+  int includes = 0;
+  for (const auto& entry : fs::directory_iterator(source_root / "geometry")) {
+    if (!entry.is_directory()) continue;
+    const std::string folder = entry.path().filename();
+    ASSERT_TRUE(may_include_in_geometry.contains(folder)) << folder;
+    for (const auto& file : fs::directory_iterator(entry.path())) {
+      if (!is_source(file.path())) continue;
+      std::ifstream stream(file.path());
+      for (std::string line; std::getline(stream, line);) {
+        static const std::regex include(R"(#include "(\w+)/.*)");
+        std::smatch match;
+        if (!std::regex_match(line, match, include)) continue;
+        const std::string of = match[1];
+        EXPECT_TRUE(of == folder || may_include_in_geometry.at(folder).contains(of))
+            << file.path() << " includes a header of " << of << "/";
+        ++includes;
+      }
+    }
+  }
+  EXPECT_GT(includes, 50);
 }
 
 TEST(FolderDependencies, FileNamesAreUnique) {

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "gaussian_random_field.h"
+#include "fields/gaussian_random_field.h"
 #include "kernels.h"
 
 namespace anticrack {

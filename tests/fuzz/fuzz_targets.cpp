@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "errors.h"
+#include "fields/wave_spectrum.h"
+#include "files/vdb_seal.h"
+#include "files/vdb_structure.h"
 #include "fuzz/memory_file.h"
 #include "images/slice_reader.h"
 #include "info.h"
 #include "io/checkpoint.h"
 #include "scene.h"
-#include "vdb_seal.h"
-#include "vdb_structure.h"
-#include "wave_spectrum.h"
 
 namespace anticrack {
 namespace {

@@ -1,4 +1,4 @@
-#include "atomic_file.h"
+#include "files/atomic_file.h"
 
 #include "io_test_folder.h"
 

@@ -6,7 +6,7 @@
 
 #include "errors.h"
 #include "expect_error.h"
-#include "level_set.h"
+#include "level_sets/level_set.h"
 
 namespace anticrack {
 namespace {

@@ -1,4 +1,4 @@
-#include "gaussian_random_field.h"
+#include "fields/gaussian_random_field.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -8,7 +8,7 @@
 
 #include "errors.h"
 #include "expect_error.h"
-#include "random_stream.h"
+#include "fields/random_stream.h"
 
 namespace anticrack {
 namespace {

@@ -9,8 +9,8 @@
 #include "errors.h"
 #include "expect_error.h"
 #include "images/scan.h"
-#include "level_set.h"
-#include "surface_mesh.h"
+#include "level_sets/level_set.h"
+#include "level_sets/surface_mesh.h"
 
 namespace anticrack {
 namespace {

@@ -1,4 +1,4 @@
-#include "level_set.h"
+#include "level_sets/level_set.h"
 
 #include <gtest/gtest.h>
 #include <openvdb/tools/LevelSetSphere.h>

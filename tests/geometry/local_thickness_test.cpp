@@ -7,9 +7,9 @@
 
 #include "errors.h"
 #include "expect_error.h"
+#include "fields/random_stream.h"
 #include "measured_shapes.h"
 #include "measures/distance_transform.h"
-#include "random_stream.h"
 
 namespace anticrack {
 namespace {

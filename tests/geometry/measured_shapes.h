@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "gaussian_random_field.h"
+#include "fields/gaussian_random_field.h"
 #include "measures/field_theory.h"
 #include "measures/phase_image.h"
 

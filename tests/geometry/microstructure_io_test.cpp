@@ -11,8 +11,8 @@
 
 #include "errors.h"
 #include "expect_error.h"
-#include "level_set.h"
-#include "vdb_seal.h"
+#include "files/vdb_seal.h"
+#include "level_sets/level_set.h"
 
 namespace anticrack {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "errors.h"
 #include "expect_error.h"
-#include "graded_field.h"
-#include "level_set.h"
+#include "fields/graded_field.h"
+#include "level_sets/level_set.h"
 #include "microstructure.h"
 
 namespace anticrack {

@@ -7,8 +7,8 @@
 
 #include "errors.h"
 #include "expect_error.h"
+#include "fields/random_stream.h"
 #include "measured_shapes.h"
-#include "random_stream.h"
 
 namespace anticrack {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "errors.h"
 #include "expect_error.h"
-#include "level_set.h"
+#include "level_sets/level_set.h"
 #include "measured_shapes.h"
 #include "measures/field_theory.h"
 #include "measures/two_point_correlation.h"

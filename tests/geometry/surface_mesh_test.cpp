@@ -1,4 +1,4 @@
-#include "surface_mesh.h"
+#include "level_sets/surface_mesh.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "wave_spectrum.h"
+#include "fields/wave_spectrum.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "errors.h"
 #include "expect_error.h"
-#include "gaussian_random_field.h"
+#include "fields/gaussian_random_field.h"
 #include "io_test_folder.h"
 
 namespace anticrack {

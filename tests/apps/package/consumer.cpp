@@ -1,3 +1,4 @@
+#include <fields/morphology.h>
 #include <io/provenance.h>
 #include <microstructure.h>
 

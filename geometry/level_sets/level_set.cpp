@@ -1,4 +1,4 @@
-#include "level_set.h"
+#include "level_sets/level_set.h"
 
 #include <openvdb/tools/SignedFloodFill.h>
 #include <tbb/parallel_for.h>
@@ -7,8 +7,8 @@
 #include <array>
 #include <memory>
 
-#include "closest_point.h"
-#include "closest_seeds.h"
+#include "level_sets/closest_point.h"
+#include "level_sets/closest_seeds.h"
 
 namespace anticrack {
 namespace {

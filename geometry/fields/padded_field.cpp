@@ -1,4 +1,4 @@
-#include "padded_field.h"
+#include "fields/padded_field.h"
 
 #include <array>
 

@@ -1,4 +1,4 @@
-#include "wave_transform.h"
+#include "fields/wave_transform.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -9,7 +9,7 @@
 #include <complex>
 #include <numbers>
 
-#include "matrix_product.h"
+#include "fields/matrix_product.h"
 
 namespace anticrack {
 namespace {

@@ -1,4 +1,4 @@
-#include "graded_field.h"
+#include "fields/graded_field.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "gaussian_random_field.h"
+#include "fields/gaussian_random_field.h"
 
 namespace anticrack {
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <span>
 
-#include "cut_solid.h"
+#include "level_sets/cut_solid.h"
 
 namespace anticrack {
 

@@ -1,4 +1,4 @@
-#include "vdb_seal.h"
+#include "files/vdb_seal.h"
 
 #include <libdeflate.h>
 
@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "atomic_file.h"
+#include "files/atomic_file.h"
 
 namespace anticrack {
 namespace {

@@ -1,4 +1,4 @@
-#include "vdb_file.h"
+#include "files/vdb_file.h"
 
 #include <fmt/format.h>
 
@@ -6,10 +6,10 @@
 #include <fstream>
 #include <utility>
 
-#include "atomic_file.h"
 #include "errors.h"
-#include "vdb_seal.h"
-#include "vdb_structure.h"
+#include "files/atomic_file.h"
+#include "files/vdb_seal.h"
+#include "files/vdb_structure.h"
 
 namespace anticrack {
 namespace {

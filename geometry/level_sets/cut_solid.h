@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "morphology.h"
-#include "padded_field.h"
+#include "fields/morphology.h"
+#include "fields/padded_field.h"
 
 namespace anticrack {
 

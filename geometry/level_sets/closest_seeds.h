@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "cut_solid.h"
+#include "level_sets/cut_solid.h"
 
 namespace anticrack {
 

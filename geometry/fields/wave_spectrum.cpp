@@ -1,4 +1,4 @@
-#include "wave_spectrum.h"
+#include "fields/wave_spectrum.h"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 #include <fstream>
 #include <string>
 
-#include "atomic_file.h"
 #include "errors.h"
+#include "files/atomic_file.h"
 
 namespace anticrack {
 namespace {

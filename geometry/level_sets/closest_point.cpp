@@ -1,4 +1,4 @@
-#include "closest_point.h"
+#include "level_sets/closest_point.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -3,7 +3,7 @@
 #include <functional>
 #include <span>
 
-#include "gaussian_random_field.h"
+#include "fields/gaussian_random_field.h"
 #include "sample_lattice.h"
 
 namespace anticrack {

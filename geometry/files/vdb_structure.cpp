@@ -1,4 +1,4 @@
-#include "vdb_structure.h"
+#include "files/vdb_structure.h"
 
 #include <fmt/format.h>
 #include <openvdb/io/DelayedLoadMetadata.h>
@@ -9,8 +9,8 @@
 #include <fstream>
 #include <string>
 
-#include "atomic_file.h"
 #include "errors.h"
+#include "files/atomic_file.h"
 
 namespace anticrack {
 namespace {

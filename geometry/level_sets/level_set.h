@@ -2,8 +2,8 @@
 
 #include <openvdb/openvdb.h>
 
-#include "cut_solid.h"
 #include "length_unit.h"
+#include "level_sets/cut_solid.h"
 
 namespace anticrack {
 

@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
+#include "fields/wave_spectrum.h"
 #include "sample_lattice.h"
 #include "vec3.h"
-#include "wave_spectrum.h"
 
 namespace anticrack {
 

@@ -1,4 +1,4 @@
-#include "morphology.h"
+#include "fields/morphology.h"
 
 #include <cmath>
 

@@ -1,8 +1,8 @@
-#include "surface_mesh.h"
+#include "level_sets/surface_mesh.h"
 
 #include <openvdb/tools/VolumeToMesh.h>
 
-#include "level_set.h"
+#include "level_sets/level_set.h"
 #include "microstructure.h"
 
 namespace anticrack {

@@ -1,4 +1,4 @@
-#include "gaussian_random_field.h"
+#include "fields/gaussian_random_field.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "errors.h"
-#include "random_stream.h"
-#include "wave_transform.h"
+#include "fields/random_stream.h"
+#include "fields/wave_transform.h"
 
 namespace anticrack {
 namespace {

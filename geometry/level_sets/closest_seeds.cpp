@@ -1,4 +1,4 @@
-#include "closest_seeds.h"
+#include "level_sets/closest_seeds.h"
 
 #include <tbb/parallel_for.h>
 

@@ -1,10 +1,10 @@
 // Compiled once for each vector instruction set; HWY_DYNAMIC_DISPATCH picks at run time.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "matrix_product.cpp"
+#define HWY_TARGET_INCLUDE "fields/matrix_product.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "matrix_product.h"
+#include "fields/matrix_product.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace anticrack::HWY_NAMESPACE {
