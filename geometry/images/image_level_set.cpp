@@ -178,7 +178,9 @@ Microstructure build_image_level_set(PhaseSlices& slices, double voxel_size, con
     const int first = std::max(0, z - overlap), last = std::min(nz, end + overlap);
     const PaddedField excess =
         smooth_excess(size, first, last - first, smoothing, [&](int k) { return window[k].data(); });
-    const LevelSet slab = build_level_set(excess, result.lattice.spacing);
+    const LevelSet slab = build_level_set(excess, result.lattice.spacing, [&](double done) {
+      if (watch) watch((z + done * (end - z)) / nz);
+    });
     if (!grid) grid = slab.grid->copyWithNewTree(), unit = slab.unit;
     // The first slab holds the band below the box too, the last the band above it.
     move_leaves(slab, z == 0 ? -leaf_edge : z - first, end == nz ? nz - first + leaf_edge : end - first,

@@ -25,6 +25,7 @@ PaddedField smooth_excess(const Index3& size, int first, int count, const ImageS
 /// centre of every solid voxel and positive at that of every other. Built by slabs along z whose thickness
 /// depends on nothing but the image's size, so that memory is that of a slab and of the band.
 /// @param voxel_size  [m] of the image as it is on disk; downsampling multiplies it
+/// @param watch       called several times a slab; what it throws ends the work
 /// @param thickness   planes of a slab, a multiple of 8; 0: slab_thickness
 /// @throws InputError  voxel_size not positive; no voxel solid after downsampling
 Microstructure build_image_level_set(PhaseSlices& slices, double voxel_size, const Watch& watch = {},

@@ -11,6 +11,7 @@
 
 #include "images/slice_reader.h"
 #include "measures/phase_image.h"
+#include "watch.h"
 
 namespace anticrack {
 
@@ -39,9 +40,6 @@ struct Segmentation {
 /// Size of an image after crop and downsampling. @param name  of the image in messages
 /// @throws InputError  crop or downsample out of range
 Index3 segmented_size(const Index3& image, const Segmentation& segmentation, const std::string& name);
-
-/// Called between slices with the share of the work done, in [0, 1]; may throw to stop it.
-using Watch = std::function<void(double done)>;
 
 /// An image as solid and pore, slice by slice: cropped, segmented, downsampled. Holds n slices at a time.
 class PhaseSlices {

@@ -4,6 +4,7 @@
 
 #include "length_unit.h"
 #include "level_sets/cut_solid.h"
+#include "watch.h"
 
 namespace anticrack {
 
@@ -21,9 +22,10 @@ struct LevelSet {
 /// each other than the lattice resolves bound no voxel, but still count for the distance of the points beside
 /// them.
 /// @param spacing  [m]
-LevelSet build_level_set(const CutSolid& solid, double spacing);
+/// @param watch    called between blocks of the lattice, by this thread
+LevelSet build_level_set(const CutSolid& solid, double spacing, const Watch& watch = {});
 
 /// The same for the solid {excess > 0} of one smooth field.
-LevelSet build_level_set(const PaddedField& excess, double spacing);
+LevelSet build_level_set(const PaddedField& excess, double spacing, const Watch& watch = {});
 
 }  // namespace anticrack

@@ -202,6 +202,21 @@ TEST(ImageLevelSet, BuiltBySlabsIsThatOfOnePiece) {
   }
 }
 
+TEST(ImageLevelSet, IsStoppedByItsWatchWithinASlab) {
+  struct Stop {};
+  PhaseSlices slices = slices_of_shape({90, 90, 90}, ball(44, 30));
+  ASSERT_GE(slab_thickness(slices.size()), 90);
+  std::vector<double> calls;
+  const auto watch = [&](double done) {
+    calls.push_back(done);
+    if (done > 0.5) throw Stop();
+  };
+  EXPECT_THROW(build_image_level_set(slices, 1.0, watch), Stop);
+  EXPECT_GT(calls.size(), 2u);
+  EXPECT_LT(calls.back(), 1.0);
+  EXPECT_TRUE(std::ranges::is_sorted(calls));
+}
+
 TEST(ImageLevelSet, SlabsFollowFromTheSizeAlone) {
   EXPECT_EQ(slab_thickness({400, 400, 400}) % 8, 0);
   EXPECT_GE(slab_thickness({100, 100, 5000}), 1000);
