@@ -20,7 +20,7 @@ struct Sample {
   double solid_fraction;                       ///< achieved: particles over lattice points
 };
 
-/// Bytes that making the structure of a scene needs at most.
+/// Bytes that making the structure of a scene needs, to a quarter of them.
 double memory_to_generate(const SampleScene& scene);
 
 /// Physical memory of this machine in bytes.
