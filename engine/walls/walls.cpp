@@ -4,6 +4,7 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <string>
 
@@ -22,9 +23,15 @@ Walls::Walls(const Loading& loading, WallRule rule, const Vec3& box_size, double
     walls_ = confined_compression_walls(confined, box_size);
     ramp_time_ = confined.ramp_time;
   }
-  for (int a = 0; a < 3; ++a)
-    for (int c = 0; c < 3; ++c)
-      constraining_[c] |= std::uint32_t(a == c || walls_[2 * a].tangential != Tangential::free) << a;
+  for (int c = 0; c < 3; ++c) {
+    std::uint32_t axes = 1u << c;
+    for (int a = 0; a < 3; ++a) axes |= std::uint32_t(walls_[2 * a].tangential != Tangential::free) << a;
+    const auto same = std::ranges::find(constraints_, axes, &Constraint::axes);
+    if (same != constraints_.end())
+      same->components |= 1u << c;
+    else
+      constraints_.push_back({axes, 1u << c});
+  }
   if (!(max_speed() < wave_speed))
     throw InputError("wall speed " + std::to_string(max_speed()) +
                      " m/s; expected below the elastic wave speed " + std::to_string(wave_speed) + " m/s");
@@ -109,41 +116,77 @@ double Walls::full_velocity_at(const Wall& wall, int c, int node_c) const {
          (high.full_velocity - low.full_velocity) * (x - low.position) / (high.position - low.position);
 }
 
-/// The active node at `at`, which lies at most a leaf away from `leaf`; nullptr if there is none or it has no
-/// mass.
-static Node* node_at(const SparseGrid& grid, std::uint32_t leaf, const Index3& at) {
-  const Index3 origin{at[0] >> 2, at[1] >> 2, at[2] >> 2};
-  for (int a = 0; a < 3 && leaf != SparseGrid::none; ++a) {
-    const int step = origin[a] - grid.leaves()[leaf].origin[a];
-    if (step != 0) leaf = grid.leaves()[leaf].neighbour[2 * a + (step > 0)];
+/// The nodes of a leaf and of the leaves around it.
+class Walls::Surroundings {
+ public:
+  Surroundings(const SparseGrid& grid, std::uint32_t leaf)
+      : grid_(grid), leaf_(leaf), origin_(grid.leaves()[leaf].origin) {
+    found_[at_centre] = grid.leaves()[leaf].nodes;
   }
-  if (leaf == SparseGrid::none || grid.leaves()[leaf].origin != origin) leaf = grid.find_leaf(origin);
-  if (leaf == SparseGrid::none) return nullptr;
-  Node* node = &grid.leaves()[leaf].nodes[leaf_index(at[0] & 3, at[1] & 3, at[2] & 3)];
-  return node->mass > 0 ? node : nullptr;
-}
 
-/// Sums of what one task did to its nodes.
-struct Walls::Part {
-  WallAction action;
+  /// The active node at `at`, at most a leaf away; nullptr if there is none or it has no mass.
+  Node* node(const Index3& at) {
+    const int x = (at[0] >> 2) - origin_[0], y = (at[1] >> 2) - origin_[1], z = (at[2] >> 2) - origin_[2];
+    const int which = at_centre + 9 * x + 3 * y + z;
+    if (!(known_ >> which & 1)) {
+      known_ |= 1u << which;
+      found_[which] = find({x, y, z});
+    }
+    if (!found_[which]) return nullptr;
+    Node* node = found_[which] + leaf_index(at[0] & 3, at[1] & 3, at[2] & 3);
+    return node->mass > 0 ? node : nullptr;
+  }
 
-  /// `x`: c-th coordinate of the node from the centre of the box. `full` is the wall's velocity at the end of
-  /// the ramp, `normal_wall` the wall that c is normal to, or -1.
-  void set_velocity(Node& node, int c, double x, double target, double full, int normal_wall) {
-    const double change = target - node.velocity[c], impulse = node.mass * change;
+ private:
+  Node* find(const Index3& step) const {
+    std::uint32_t leaf = leaf_;
+    for (int a = 0; a < 3 && leaf != SparseGrid::none; ++a)
+      if (step[a] != 0) leaf = grid_.leaves()[leaf].neighbour[2 * a + (step[a] > 0)];
+    // There may be none on the way.
+    if (leaf == SparseGrid::none)
+      leaf = grid_.find_leaf({origin_[0] + step[0], origin_[1] + step[1], origin_[2] + step[2]});
+    return leaf == SparseGrid::none ? nullptr : grid_.leaves()[leaf].nodes;
+  }
+
+  static constexpr int at_centre = 13;
+  const SparseGrid& grid_;
+  std::uint32_t leaf_;
+  Index3 origin_;
+  std::uint32_t known_ = 1u << at_centre;
+  std::array<Node*, 27> found_;
+};
+
+/// Sets one component of some nodes. Sums of its own: those of the action would be stored for every node,
+/// lest it be one of them.
+struct Walls::Setting {
+  double impulse = 0, moment = 0, work = 0, impact_loss = 0, kinetic_change = 0, fastest = 0;
+
+  /// `x`: c-th coordinate of the node from the centre of the box.
+  void set_velocity(Node& node, int c, double x, double target) {
+    const double change = target - node.velocity[c], by_wall = node.mass * change;
     // Change of kinetic energy = stress power with v^{n+1} (which strains the particles) + impulse . v^{n+1}
     // - m |dv|^2 / 2. Summed over tied nodes impulse . v^{n+1} is the net impulse times the wall's velocity;
     // the last term is lost in the impact, and where the particles' velocity says nothing of a ghost's.
     const double jump = target - (node.velocity[c] - node.increment[c]);
-    action.work += impulse * target;
-    action.impact_loss += 0.5 * node.mass * jump * jump;
-    action.kinetic_change += impulse * (node.velocity[c] + 0.5 * change);
-    action.generalized_impulse += impulse * full;
-    action.virial[c] += impulse * x;
-    if (normal_wall >= 0) action.normal_impulse[normal_wall] += impulse;
-    action.max_speed = std::max(action.max_speed, std::sqrt(3.0) * std::abs(target));
+    impulse += by_wall;
+    moment += by_wall * x;
+    work += by_wall * target;
+    impact_loss += 0.5 * node.mass * jump * jump;
+    kinetic_change += by_wall * (node.velocity[c] + 0.5 * change);
+    fastest = std::max(fastest, std::abs(target));
     node.velocity[c] = target;
     node.increment[c] += change;
+  }
+
+  /// `full` is the wall's velocity at the end of the ramp, `normal_wall` the wall that c is normal to, or -1.
+  void add_to(WallAction& action, int c, double full, int normal_wall) const {
+    action.work += work;
+    action.impact_loss += impact_loss;
+    action.kinetic_change += kinetic_change;
+    action.generalized_impulse += impulse * full;
+    action.virial[c] += moment;
+    if (normal_wall >= 0) action.normal_impulse[normal_wall] += impulse;
+    action.max_speed = std::max(action.max_speed, std::sqrt(3.0) * fastest);
   }
 };
 
@@ -151,11 +194,9 @@ struct Walls::Part {
 /// none (-1).
 struct Walls::Role {
   int holding = -1, mirroring = -1;
-  bool any() const { return holding >= 0 || mirroring >= 0; }
 };
 
-/// The nodes that the walls of some axes tie to a mirror node, itself first. Components that the same axes
-/// constrain share them.
+/// The nodes that the walls of some axes tie to a mirror node, itself first.
 struct Walls::Ties {
   struct Tied {
     Node* node;
@@ -163,14 +204,12 @@ struct Walls::Ties {
     double ratio;                    ///< r_g: of its velocity to the mirror's, were the walls at rest
   };
   static constexpr int planes = Reach::most_ghosts + 1, most = planes * planes * planes;
-  std::uint32_t axes = 0;  ///< bit a
   int count = 0;
   std::array<Tied, most> nodes;
+  double mass = 0;  ///< sum r^2 m [kg]
 
-  void find(const SparseGrid& grid, std::uint32_t leaf, const Index3& mirror, std::uint32_t along,
-            const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach) {
-    axes = along;
-    count = 0;
+  Ties(Surroundings& around, const Index3& mirror, std::uint32_t axes, const std::array<Role, 3>& roles,
+       const std::array<Reach, 6>& reach) {
     int last[3];
     for (int a = 0; a < 3; ++a) last[a] = axes >> a & 1 ? reach[roles[a].mirroring].ghosts : 0;
     std::array<std::int8_t, 3> out;
@@ -184,13 +223,16 @@ struct Walls::Ties {
             at[a] = reach[roles[a].mirroring].ghost(out[a]);
             ratio *= reach[roles[a].mirroring].ratio[out[a]];
           }
-          if (Node* node = node_at(grid, leaf, at)) nodes[count++] = {node, out, ratio};
+          Node* node = around.node(at);
+          if (!node) continue;
+          nodes[count++] = {node, out, ratio};
+          mass += ratio * ratio * node->mass;
         }
   }
 };
 
 /// Whether a mirror node sees to the components of a held node that the walls of `axes` constrain.
-bool Walls::is_ghost(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, std::uint32_t axes,
+bool Walls::is_ghost(Surroundings& around, const Index3& at, std::uint32_t axes,
                      const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach) const {
   if (rule_ != WallRule::ghost) return false;
   Index3 mirror = at;
@@ -200,18 +242,20 @@ bool Walls::is_ghost(const SparseGrid& grid, std::uint32_t leaf, const Index3& a
     if (!r.extrapolates(at[a])) return false;
     mirror[a] = r.mirror;
   }
-  return node_at(grid, leaf, mirror);
+  return around.node(mirror);
 }
 
 /// A component of a node beyond the walls of `axes` that no mirror node sees to takes a wall's velocity, its
 /// normal one's if it can.
 void Walls::set_held(const Index3& at, Node& node, int c, std::uint32_t axes, double ramp,
-                     const std::array<Role, 3>& roles, Part& part) const {
+                     const std::array<Role, 3>& roles, WallAction& action) const {
   int last = -1;
   for (int a = 0; a < 3; ++a)
     if ((axes >> a & 1) && (last < 0 || a == c || last / 2 != c)) last = roles[a].holding;
   const double full = full_velocity_at(walls_[last], c, at[c]);
-  part.set_velocity(node, c, from_centre(c, at[c]), ramp * full, full, last / 2 == c ? last : -1);
+  Setting setting;
+  setting.set_velocity(node, c, from_centre(c, at[c]), ramp * full);
+  setting.add_to(action, c, full, last / 2 == c ? last : -1);
 }
 
 /// A component of a mirror node M. The ghost rule ties the ghosts to it,
@@ -219,18 +263,21 @@ void Walls::set_held(const Index3& at, Node& node, int c, std::uint32_t axes, do
 ///   first,
 /// so that all of them are one unknown, which takes the momentum of all: v_M = sum r m (v - b) / sum r^2 m.
 /// Were the forces on ghosts dropped instead, a uniform stress would not be in equilibrium at the wall.
-void Walls::set_tied(const Ties& ties, const Index3& mirror, int c, double ramp,
-                     const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach, Part& part) const {
-  double b[Ties::most], wall_velocity[3] = {}, momentum = 0, mass = 0;
-  int last = -1;
+void Walls::set_tied(const Ties& ties, const Index3& mirror, int c, std::uint32_t axes, double ramp,
+                     const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach,
+                     WallAction& action) const {
+  double wall_velocity[3] = {}, full = 0;
   bool moving = false;
-  for (int a = 0; a < 3; ++a) {
-    if (!(ties.axes >> a & 1)) continue;
+  int normal_wall = -1;
+  for (const int a : {(c + 1) % 3, (c + 2) % 3, c}) {
+    if (!(axes >> a & 1)) continue;
     const int wall = roles[a].mirroring;
-    wall_velocity[a] = ramp * full_velocity_at(walls_[wall], c, mirror[c]);
-    moving |= wall_velocity[a] != 0;
-    if (last < 0 || a == c || last / 2 != c) last = wall;
+    full = full_velocity_at(walls_[wall], c, mirror[c]);
+    wall_velocity[a] = ramp * full;
+    moving |= full != 0;
+    if (a == c) normal_wall = wall;
   }
+  double b[Ties::most], momentum = 0;
   for (int n = 0; n < ties.count; ++n) {
     const auto& [node, out, r] = ties.nodes[n];
     b[n] = 0;
@@ -239,35 +286,43 @@ void Walls::set_tied(const Ties& ties, const Index3& mirror, int c, double ramp,
         if (out[a] > 0)
           b[n] = wall_velocity[a] + reach[roles[a].mirroring].ratio[out[a]] * (b[n] - wall_velocity[a]);
     momentum += r * node->mass * (node->velocity[c] - b[n]);
-    mass += r * r * node->mass;
   }
-  const double v = momentum / mass, full = full_velocity_at(walls_[last], c, mirror[c]);
+  const double v = momentum / ties.mass, x = from_centre(c, mirror[c]);
+  const double outward = normal_wall >= 0 && !walls_[normal_wall].upper ? -cell_size_ : cell_size_;
+  Setting setting;
   for (int n = 0; n < ties.count; ++n) {
     const auto& [node, out, r] = ties.nodes[n];
-    const int at = out[c] > 0 ? reach[roles[c].mirroring].ghost(out[c]) : mirror[c];
-    part.set_velocity(*node, c, from_centre(c, at), b[n] + r * v, full, last / 2 == c ? last : -1);
+    setting.set_velocity(*node, c, x + out[c] * outward, b[n] + r * v);
   }
+  setting.add_to(action, c, full, normal_wall);
 }
 
 /// Every component of a node is set by the task of its mirror node, or by its own if it has none: no two
 /// tasks meet.
 void Walls::constrain_leaf(const SparseGrid& grid, std::uint32_t l, double ramp,
-                           const std::array<Reach, 6>& reach, Part& part) const {
+                           const std::array<Reach, 6>& reach, WallAction& action) const {
   const SparseGrid::Leaf& leaf = grid.leaves()[l];
   Role planes[3][block_edge];
+  std::uint64_t near = 0;  // bit leaf_index: nodes in a plane that has a role
   for (int a = 0; a < 3; ++a)
     for (int k = 0; k < block_edge; ++k)
       for (int w = 2 * a; w < 2 * a + 2; ++w) {
+        constexpr std::uint64_t lowest_plane[3] = {0xFFFF, 0x000F000F000F000F, 0x1111111111111111};
         const int at = leaf.origin[a] * block_edge + k;
+        const bool mirrors = rule_ == WallRule::ghost && reach[w].mirror == at;
         if (reach[w].holds(at)) planes[a][k].holding = w;
-        if (rule_ == WallRule::ghost && reach[w].mirror == at) planes[a][k].mirroring = w;
+        if (mirrors) planes[a][k].mirroring = w;
+        if (mirrors || reach[w].holds(at)) near |= lowest_plane[a] << (k * (16 >> 2 * a));
       }
-  for (int index = 0; index < block_cells; ++index) {
-    const Index3 in_leaf{index >> 4, index >> 2 & 3, index & 3};
-    const std::array<Role, 3> roles{planes[0][in_leaf[0]], planes[1][in_leaf[1]], planes[2][in_leaf[2]]};
-    if (!(roles[0].any() || roles[1].any() || roles[2].any())) continue;
+  for (std::uint64_t nodes = near; nodes; nodes &= nodes - 1)
+    __builtin_prefetch(&leaf.nodes[std::countr_zero(nodes)], 1);
+  Surroundings around(grid, l);
+  for (; near; near &= near - 1) {
+    const int index = std::countr_zero(near);
     Node& node = leaf.nodes[index];
     if (node.mass <= 0) continue;
+    const Index3 in_leaf{index >> 4, index >> 2 & 3, index & 3};
+    const std::array<Role, 3> roles{planes[0][in_leaf[0]], planes[1][in_leaf[1]], planes[2][in_leaf[2]]};
     Index3 at;
     std::uint32_t holding = 0, mirroring = 0;  // bit a
     for (int a = 0; a < 3; ++a) {
@@ -275,19 +330,16 @@ void Walls::constrain_leaf(const SparseGrid& grid, std::uint32_t l, double ramp,
       holding |= std::uint32_t(roles[a].holding >= 0) << a;
       mirroring |= std::uint32_t(roles[a].mirroring >= 0) << a;
     }
-    // Components that the same axes constrain share what is looked up.
-    Ties ties;
-    std::uint32_t held_along = 0;
-    bool ghost = false;
-    for (int c = 0; c < 3; ++c) {
-      const std::uint32_t held = holding & constraining_[c], mirrored = mirroring & constraining_[c];
+    for (const Constraint& constraint : constraints_) {
+      const std::uint32_t held = holding & constraint.axes, mirrored = mirroring & constraint.axes;
       if (held) {
-        if (held != held_along) ghost = is_ghost(grid, l, at, held, roles, reach);
-        held_along = held;
-        if (!ghost) set_held(at, node, c, held, ramp, roles, part);
+        if (is_ghost(around, at, held, roles, reach)) continue;
+        for (int c = 0; c < 3; ++c)
+          if (constraint.components >> c & 1) set_held(at, node, c, held, ramp, roles, action);
       } else if (mirrored) {
-        if (mirrored != ties.axes) ties.find(grid, l, at, mirrored, roles, reach);
-        set_tied(ties, at, c, ramp, roles, reach, part);
+        const Ties ties(around, at, mirrored, roles, reach);
+        for (int c = 0; c < 3; ++c)
+          if (constraint.components >> c & 1) set_tied(ties, at, c, mirrored, ramp, roles, reach, action);
       }
     }
   }
@@ -304,18 +356,17 @@ WallAction Walls::apply(SparseGrid& grid, double time) const {
   };
   constexpr std::size_t grain = 32;  // leaves
   return tbb::parallel_deterministic_reduce(
-             tbb::blocked_range<std::size_t>(0, grid.leaves().size(), grain), Part(),
-             [&](const tbb::blocked_range<std::size_t>& leaves, Part part) {
-               for (std::size_t l = leaves.begin(); l < leaves.end(); ++l)
-                 if (is_near(grid.leaves()[l].origin))
-                   constrain_leaf(grid, std::uint32_t(l), ramp(time), reach, part);
-               return part;
-             },
-             [](Part a, const Part& b) {
-               a.action.add(b.action);
-               return a;
-             })
-      .action;
+      tbb::blocked_range<std::size_t>(0, grid.leaves().size(), grain), WallAction(),
+      [&](const tbb::blocked_range<std::size_t>& leaves, WallAction action) {
+        for (std::size_t l = leaves.begin(); l < leaves.end(); ++l)
+          if (is_near(grid.leaves()[l].origin))
+            constrain_leaf(grid, std::uint32_t(l), ramp(time), reach, action);
+        return action;
+      },
+      [](WallAction a, const WallAction& b) {
+        a.add(b);
+        return a;
+      });
 }
 
 void WallAction::add(const WallAction& other) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "sparse_grid.h"
 #include "vec3.h"
@@ -58,23 +59,29 @@ class Walls {
   void set_positions(const std::array<double, 6>& positions);  ///< to resume a run
 
  private:
+  /// Components in which the walls of the same axes have a say, and set together.
+  struct Constraint {
+    std::uint32_t axes, components;  ///< bit a
+  };
   struct Reach;  // the nodes that a wall takes hold of
   struct Role;
-  struct Part;
+  struct Setting;
   struct Ties;
+  class Surroundings;
   double from_centre(int axis, int node) const;  ///< [m]
   double full_velocity_at(const Wall& wall, int component, int node_component) const;
-  bool is_ghost(const SparseGrid& grid, std::uint32_t leaf, const Index3& at, std::uint32_t axes,
-                const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach) const;
+  bool is_ghost(Surroundings& around, const Index3& at, std::uint32_t axes, const std::array<Role, 3>& roles,
+                const std::array<Reach, 6>& reach) const;
   void set_held(const Index3& at, Node& node, int component, std::uint32_t axes, double ramp,
-                const std::array<Role, 3>& roles, Part& part) const;
-  void set_tied(const Ties& ties, const Index3& mirror, int component, double ramp,
-                const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach, Part& part) const;
+                const std::array<Role, 3>& roles, WallAction& action) const;
+  void set_tied(const Ties& ties, const Index3& mirror, int component, std::uint32_t axes, double ramp,
+                const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach,
+                WallAction& action) const;
   void constrain_leaf(const SparseGrid& grid, std::uint32_t leaf, double ramp,
-                      const std::array<Reach, 6>& reach, Part& part) const;
+                      const std::array<Reach, 6>& reach, WallAction& action) const;
 
   std::array<Wall, 6> walls_;
-  std::array<std::uint32_t, 3> constraining_{};  ///< bit a: the walls of axis a have a say in the component
+  std::vector<Constraint> constraints_;
   WallRule rule_;
   Vec3 initial_size_;
   double cell_size_;
