@@ -7,6 +7,8 @@
 #define ANTICRACK_ADVANCE_PARTICLES_INL_H
 #endif
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -354,13 +356,27 @@ HWY_INLINE void return_particles(const StepConstants& c, const ParticlePointers&
   });
 }
 
-/// Lines 2 to 4 of the next step, cell by cell.
-template <bool with_affine>
-HWY_INLINE void particles_to_grid(const BlockView& block, const ChunkRange& range,
+/// Asks for what a pass reads of particle `i` from memory.
+template <Model model, bool with_affine>
+HWY_INLINE void prefetch_particle(const ParticlePointers& p, std::size_t i) {
+  for (int a = 0; a < 3; ++a) hwy::Prefetch(p.s[a] + i);
+  for (int a = 0; a < 3; ++a) hwy::Prefetch(p.v[a] + i);
+  for (int e = 0; e < 6; ++e) hwy::Prefetch(p.h[e] + i);
+  if constexpr (model != Model::hencky) hwy::Prefetch(p.kappa + i);
+  if constexpr (with_affine)
+    for (int e = 0; e < 9; ++e) hwy::Prefetch(p.affine[e] + i);
+}
+
+/// Lines 2 to 4 of the next step, cell by cell. Particles to come are asked for on the way, few at a time: a
+/// chunk's at once would have to wait for each other.
+template <Model model, bool with_affine>
+HWY_INLINE void particles_to_grid(const ParticlePointers& p, const BlockView& block, const ChunkRange& range,
                                   const Chunk<with_affine>& chunk, Tile& tile) {
-  asm volatile("" ::: "memory");  // see make_polynomial
+  constexpr std::size_t ahead = 64;  // particles; 32 to 160 are alike
+  asm volatile("" ::: "memory");     // see make_polynomial
   for_each_cell(block, range.begin, range.end,
                 [&](int first_node, std::size_t from, std::size_t to) ANTICRACK_INLINE {
+                  prefetch_particle<model, with_affine>(p, to + ahead);
                   add_to_cell(chunk.contributions, int(from - range.begin), int(to - range.begin),
                               &tile[first_node], tile_edge * tile_edge, tile_edge);
                 });
@@ -387,7 +403,7 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
     if constexpr (advancing) grid_to_particles<transfer>(c, p, block, nodes, range, chunk);
     strain_particles<advancing>(p, range, chunk, result);
     return_particles<model, advancing>(c, p, range, observe, chunk, sums, result);
-    particles_to_grid(block, range, chunk, tile);
+    particles_to_grid<model>(p, block, range, chunk, tile);
   }
   add_tile(tile, block);
   reduce(d, sums, observe, result.sums);

@@ -93,6 +93,12 @@ struct LeafUpdate {
   double max_speed_squared = 0;                  ///< after [m^2/s^2]
 };
 
+/// A leaf as the kernels see it.
+struct LeafView {
+  std::span<Node* const> partials;  ///< sums to add
+  Node* nodes;                      ///< to write
+};
+
 /// A block as the kernels see it.
 struct BlockView {
   const Node* leaf[8];  ///< nodes to read
@@ -119,7 +125,8 @@ struct Kernels {
   void (*scatter_stray)(PassKind, const StepConstants&, const ParticlePointers&, std::uint32_t particle,
                         const Index3& shift, Node nodes[27], bool observe, ParticleSums&);
   /// Lines 2, 3 and 5 for one leaf: adds its partial sums, which stay as they are, and updates the velocity.
-  LeafUpdate (*update_leaf)(double dt, std::span<Node* const> partials, Node* nodes);
+  /// `next` is the leaf to come, for which memory is asked meanwhile.
+  LeafUpdate (*update_leaf)(double dt, const LeafView& leaf, const LeafView& next);
 
   /// Hencky strain of h = b - I: `strain` gets xx yy zz xy xz yz; NaN where b is not positive definite.
   void (*hencky)(std::span<const std::array<double, 6>> h, std::span<std::array<double, 6>> strain);

@@ -153,9 +153,12 @@ StepConstants Simulation::constants(double dt) const {
 
 LeafUpdate Simulation::update_grid_velocity(double dt) {
   std::vector<LeafUpdate> updates(grid_.leaves().size());
-  tbb::parallel_for(std::size_t(0), updates.size(), [&](std::size_t l) {
+  const auto view = [&](std::size_t l) {
     const SparseGrid::Leaf& leaf = grid_.leaves()[l];
-    updates[l] = kernels().update_leaf(dt, leaf.partials(), leaf.nodes);
+    return LeafView{leaf.partials(), leaf.nodes};
+  };
+  tbb::parallel_for(std::size_t(0), updates.size(), [&](std::size_t l) {
+    updates[l] = kernels().update_leaf(dt, view(l), view(std::min(l + 1, updates.size() - 1)));
   });
   LeafUpdate sum;
   for (const LeafUpdate& u : updates) {

@@ -6,8 +6,9 @@
 #define ANTICRACK_UPDATE_LEAF_INL_H
 #endif
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
-#include <span>
 
 #include "kernels.h"
 #include "transfer/grid_to_particles-inl.h"
@@ -18,19 +19,21 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 /// Adds the partial sums of a leaf (lines 2, 3), then v += dt f / m (line 5). Their order is fixed.
-inline LeafUpdate update_leaf(double dt, std::span<Node* const> partials, Node* nodes) {
+inline LeafUpdate update_leaf(double dt, const LeafView& leaf, const LeafView& next) {
   const NodeVector d;
   constexpr int lanes = int(hn::MaxLanes(d)), numbers = block_cells * 8;
-  double* to = reinterpret_cast<double*>(nodes);
+  double* to = reinterpret_cast<double*>(leaf.nodes);
   for (int n = 0; n < numbers; n += lanes) {
-    auto sum = hn::Load(d, reinterpret_cast<const double*>(partials[0]) + n);
-    for (std::size_t p = 1; p < partials.size(); ++p)
-      sum = sum + hn::Load(d, reinterpret_cast<const double*>(partials[p]) + n);
+    auto sum = hn::Load(d, reinterpret_cast<const double*>(leaf.partials[0]) + n);
+    for (std::size_t p = 1; p < leaf.partials.size(); ++p)
+      sum = sum + hn::Load(d, reinterpret_cast<const double*>(leaf.partials[p]) + n);
     hn::Store(sum, d, to + n);
   }
   LeafUpdate result;
   for (int n = 0; n < block_cells; ++n) {
-    Node& node = nodes[n];
+    for (const Node* partial : next.partials) hwy::Prefetch(partial + n);
+    hwy::Prefetch(next.nodes + n);
+    Node& node = leaf.nodes[n];
     if (node.mass <= 0) continue;
     const double inverse_mass = 1 / node.mass;
     double old_squared = 0, new_squared = 0;

@@ -86,7 +86,8 @@ void update_leaf(benchmark::State& state) {
   std::vector<Node*> pointers;
   for (auto& partial : partials) pointers.push_back(partial.data());
   std::array<Node, block_cells> leaf;
-  for (auto _ : state) benchmark::DoNotOptimize(kernels().update_leaf(1e-6, pointers, leaf.data()));
+  const LeafView view{pointers, leaf.data()};
+  for (auto _ : state) benchmark::DoNotOptimize(kernels().update_leaf(1e-6, view, view));
 }
 BENCHMARK(update_leaf)->Arg(1)->Arg(2)->Arg(8);
 
