@@ -156,9 +156,15 @@ std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3
       }
       if (released) continue;
     }
-    y = polish(sheets, y, gradients);
-    if (sheets.size() == 2) y = polish(sheets, y, gradients);  // the interpolants' creases lie farther apart
-    return y.cwiseMax(lower).cwiseMin(upper);
+    if (sheets.size() == 1) return polish(sheets, y, gradients).cwiseMax(lower).cwiseMin(upper);
+    // The interpolants' creases lie farther apart: twice, and not where the sheets all but touch, so that a
+    // correction may lead anywhere.
+    for (int pass = 0; pass < 2; ++pass) {
+      const Vec3 corrected = polish(sheets, y, gradients);
+      if (!((corrected - y).norm() < most_settled)) return std::nullopt;
+      y = corrected.cwiseMax(lower).cwiseMin(upper);
+    }
+    return y;
   }
   return std::nullopt;
 }

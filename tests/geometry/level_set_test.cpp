@@ -10,6 +10,7 @@
 
 #include "errors.h"
 #include "expect_error.h"
+#include "level_sets/closest_point.h"
 #include "microstructure.h"
 
 namespace anticrack {
@@ -293,6 +294,37 @@ TEST(Microstructure, RefusesParametersOutOfRange) {
                "wavelength");  // two points a wavelength
   EXPECT_ERROR(full_block({{10, -1, 10}, 0.1}), InputError,
                "expected at least one point along each axis and a finite spacing > 0");
+}
+
+// Waves of some eight points, thresholds of all sizes: creases whose sheets cross at any angle, everywhere.
+TEST(ClosestPoint, OfACreaseLiesOnBothSheetsOrIsNotFound) {
+  const Index3 points{12, 12, 12};
+  const auto random_field = [&](std::uint64_t seed) {
+    const auto field = GaussianRandomField::sample({40, 1.5, 50, seed}, 1.0);
+    const SampleLattice lattice{points, 1.0 / points[0]};
+    return PaddedField{points, field.evaluate_excess_on_lattice(lattice, PaddedField::padding, 0.0)};
+  };
+  const Vec3 lower = Vec3::Constant(-0.5), upper = Vec3::Constant(points[0] - 0.5);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> at(-0.5, points[0] - 0.5), level(-1.5, 1.5);
+  int found = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const PaddedField first = random_field(2 * seed), second = random_field(2 * seed + 1);
+    for (int n = 0; n < 4000; ++n) {
+      const std::array<Sheet, 2> sheets{Sheet{&first, level(random)}, Sheet{&second, level(random)}};
+      const Vec3 start(at(random), at(random), at(random)), x(at(random), at(random), at(random));
+      const std::optional<Vec3> closest = find_closest_point(sheets, x, start, 0.03);
+      if (!closest) continue;
+      ++found;
+      ASSERT_TRUE((closest->array() >= lower.array()).all() && (closest->array() <= upper.array()).all());
+      for (const Sheet& sheet : sheets) {
+        const FieldJet jet = interpolate_jet(*sheet.field, *closest);
+        ASSERT_LT(std::abs(jet.value - sheet.level) / jet.gradient.norm(), 0.1)  // voxels
+            << "seed " << seed << ", " << n << ", at " << closest->transpose();
+      }
+    }
+  }
+  EXPECT_GT(found, 20000);
 }
 
 }  // namespace
