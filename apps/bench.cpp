@@ -125,7 +125,8 @@ struct CaseResult {
   std::string series;
   double value, particles;
   Spread rate;
-  double bytes_per_particle, bytes, yielded, strays;  ///< the last two: shares of the particles a step
+  double bytes_per_particle, bytes, yielded, strays;    ///< the last two: shares of the particles a step
+  std::array<double, std::size(phases)> phase_seconds;  ///< a particle-step, median
 };
 
 /// Times cases round by round in turn, all in memory together, or one after the other; after three steps to
@@ -158,6 +159,9 @@ std::vector<CaseResult> time_cases(const std::vector<BenchCaseMaker>& makers, bo
   };
   const auto result = [&](const Running& r) {
     const double n = double(r.simulation->particles().count);
+    std::array<double, std::size(phases)> phase_seconds;
+    for (std::size_t i = 0; i < std::size(phases); ++i)
+      phase_seconds[i] = spread_of(r.timing.phase_seconds[i]).median / n;
     fmt::print(stderr, "{} {:.4g}: {:.2f} M particle-steps/s\n", r.bench_case.series, r.bench_case.value,
                1e-6 * r.timing.rate(n).median);
     return CaseResult{r.bench_case.series,
@@ -167,7 +171,8 @@ std::vector<CaseResult> time_cases(const std::vector<BenchCaseMaker>& makers, bo
                       double(r.simulation->particles().bytes_per_particle()),
                       double(r.simulation->bytes()),
                       r.yielded,
-                      r.strays};
+                      r.strays,
+                      phase_seconds};
   };
   std::vector<CaseResult> results;
   if (alternate) {
@@ -206,12 +211,16 @@ void bench_curves(const BenchOptions& options) {
   const fs::path folder = options.curves;
   const FolderLock lock = prepare_output_folder(folder, ExistingFolder::refuse);
   const auto results = time_cases(curve_cases(options.most_particles), false, options, threads);
-  std::string csv = "series,value,particles,rate_low,rate_median,rate_high,gibibytes,yielded,strays\n";
+  std::string csv = "series,value,particles,rate_low,rate_median,rate_high,gibibytes,yielded,strays";
+  for (const auto& [name, member] : phases) csv += fmt::format(",{}_ns", name);
+  csv += '\n';
   std::map<std::string, std::vector<CaseResult>> series;
   for (const CaseResult& r : results) {
-    csv += fmt::format("{},{:.6g},{:.0f},{:.6g},{:.6g},{:.6g},{:.4g},{:.4g},{:.4g}\n", r.series, r.value,
+    csv += fmt::format("{},{:.6g},{:.0f},{:.6g},{:.6g},{:.6g},{:.4g},{:.4g},{:.4g}", r.series, r.value,
                        r.particles, r.rate.low, r.rate.median, r.rate.high, r.bytes / (1 << 30), r.yielded,
                        r.strays);
+    for (const double seconds : r.phase_seconds) csv += fmt::format(",{:.4g}", 1e9 * seconds);
+    csv += '\n';
     series[r.series].push_back(r);
   }
   write_text_atomically(folder / "throughput.csv", csv);

@@ -128,34 +128,47 @@ void place_particles(std::span<const Vec3> positions, double cell_size, const Ve
   grid.set_blocks(origins);
 }
 
-void locate_strays(std::span<const std::uint32_t> listed, std::uint32_t block, const Particles& particles,
-                   SparseGrid& grid, std::vector<CellRanges>& cells, std::vector<Stray>& strays,
-                   std::vector<std::uint32_t>& bad) {
-  for (const std::uint32_t particle : listed) {
-    const CellRanges& ranges = cells[block];
-    const int home = int(std::upper_bound(ranges.begin(), ranges.end(), particle) - ranges.begin()) - 1;
-    Stray stray{particle, 0, 0, {}};
-    Index3 cell = grid.blocks()[block].origin;
-    bool finite = true;
-    for (int a = 0; a < 3; ++a) {
-      const double s = particles.s[a][particle];
-      finite = finite && std::abs(s) < 1e6;
-      if (!finite) break;
-      stray.shift[a] = inside_cell(s) ? 0 : int(std::floor(s));
-      cell[a] = cell[a] * block_edge + (home >> (4 - 2 * a) & 3) + stray.shift[a];
+std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results, const Particles& particles,
+                                           SparseGrid& grid, std::vector<CellRanges>& cells,
+                                           std::vector<Stray>& strays) {
+  std::vector<std::size_t> first(results.size() + 1, 0);
+  for (std::size_t b = 0; b < results.size(); ++b) first[b + 1] = first[b] + results[b].strays.size();
+  strays.resize(first.back());
+  std::vector<Index3> block_origins(strays.size());
+  constexpr int nowhere = -1;
+  tbb::parallel_for(std::size_t(0), results.size(), [&](std::size_t b) {
+    const CellRanges& ranges = cells[b];
+    for (std::size_t n = first[b]; n < first[b + 1]; ++n) {
+      const std::uint32_t particle = results[b].strays[n - first[b]];
+      const int home = int(std::upper_bound(ranges.begin(), ranges.end(), particle) - ranges.begin()) - 1;
+      Stray& stray = strays[n];
+      stray = {particle, SparseGrid::none, nowhere, {}};
+      Index3 cell = grid.blocks()[b].origin;
+      bool finite = true;
+      for (int a = 0; a < 3; ++a) {
+        const double s = particles.s[a][particle];
+        finite = finite && std::abs(s) < 1e6;
+        if (!finite) break;
+        stray.shift[a] = inside_cell(s) ? 0 : int(std::floor(s));
+        cell[a] = cell[a] * block_edge + (home >> (4 - 2 * a) & 3) + stray.shift[a];
+      }
+      if (!finite) continue;
+      stray.cell = cell_in_block(cell);
+      block_origins[n] = block_of(cell);
+      stray.block = grid.find_block(block_origins[n]);
     }
-    if (!finite) {
-      bad.push_back(particle);
-      continue;
-    }
-    stray.block = grid.find_or_add_block(block_of(cell));
-    stray.cell = cell_in_block(cell);
-    if (stray.block == cells.size()) {
+  });
+  // Few enter blocks that are not active: one after the other, in order.
+  for (std::size_t n = 0; n < strays.size(); ++n) {
+    if (strays[n].cell == nowhere) return strays[n].particle;
+    if (strays[n].block != SparseGrid::none) continue;
+    strays[n].block = grid.find_or_add_block(block_origins[n]);
+    if (strays[n].block == cells.size()) {
       cells.emplace_back();
       cells.back().fill(std::uint32_t(particles.count));
     }
-    strays.push_back(stray);
   }
+  return {};
 }
 
 void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid,

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "kernels.h"
 #include "particles.h"
 #include "sparse_grid.h"
 #include "vec3.h"
@@ -28,11 +30,11 @@ void place_particles(std::span<const Vec3> positions, double cell_size, const Ve
                      ParticleFields fields, Particles& particles, SparseGrid& grid,
                      std::vector<CellRanges>& cells);
 
-/// True cells of the listed particles of one block; activates what they reach. Call in a fixed order, not in
-/// parallel. A position that is not finite goes to `bad` instead.
-void locate_strays(std::span<const std::uint32_t> listed, std::uint32_t block, const Particles& particles,
-                   SparseGrid& grid, std::vector<CellRanges>& cells, std::vector<Stray>& strays,
-                   std::vector<std::uint32_t>& bad);
+/// The strays that a pass has listed, in order of the blocks that store them, with their true cells;
+/// activates what they reach. Returns the first whose position is not finite.
+std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results, const Particles& particles,
+                                           SparseGrid& grid, std::vector<CellRanges>& cells,
+                                           std::vector<Stray>& strays);
 
 /// Moves every stray to its true cell, keeps the order of all others, and releases what is no longer reached.
 void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid,

@@ -1,13 +1,13 @@
 #include "simulation.h"
 
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <sstream>
 #include <utility>
 
@@ -218,12 +218,8 @@ void Simulation::scatter_particles(std::span<const std::uint32_t> returned_stray
   scatter_strays(c, true);
 }
 
-void Simulation::collect_strays(std::span<BlockResult> results) {
-  strays_.clear();
-  std::vector<std::uint32_t> bad;
-  for (std::uint32_t b = 0; b < results.size(); ++b)
-    locate_strays(results[b].strays, b, particles_, grid_, cells_, strays_, bad);
-  if (!bad.empty()) fail(bad.front(), "position");
+void Simulation::collect_strays(std::span<const BlockResult> results) {
+  if (const auto bad = locate_strays(results, particles_, grid_, cells_, strays_)) fail(*bad, "position");
   sort_debt_ += double(strays_.size());
 }
 
@@ -270,18 +266,14 @@ ParticleSums Simulation::advance_strays(const StepConstants& c) {
 
 void Simulation::scatter_strays(const StepConstants& c, bool observe) {
   if (strays_.empty()) return;
-  // One task a group, its strays in order of block and particle: no two tasks write the same sums, and the
-  // order is always the same.
-  std::vector<std::uint32_t> order(strays_.size());
-  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-  tbb::parallel_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::tie(strays_[a].block, strays_[a].particle) < std::tie(strays_[b].block, strays_[b].particle);
-  });
-  const auto group_of = [&](std::uint32_t i) { return strays_[order[i]].block / group_blocks; };
-  std::vector<std::uint32_t> first;
-  for (std::uint32_t i = 0; i < order.size(); ++i)
-    if (i == 0 || group_of(i) != group_of(i - 1)) first.push_back(i);
-  first.push_back(std::uint32_t(order.size()));
+  // One task a group, its strays in the order of `strays_`: no two tasks write the same sums, and the order
+  // is always the same.
+  const auto group_of = [&](const Stray& stray) { return stray.block / group_blocks; };
+  std::vector<std::uint32_t> first(grid_.groups().size() + 1, 0), order(strays_.size());
+  for (const Stray& stray : strays_) ++first[group_of(stray) + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (std::uint32_t i = 0; i < order.size(); ++i) order[next[group_of(strays_[i])]++] = i;
   const ParticlePointers pointers(particles_);
   std::vector<ParticleSums> sums(first.size() - 1);
   tbb::parallel_for(std::size_t(0), sums.size(), [&](std::size_t n) {

@@ -108,7 +108,7 @@ class Simulation {
   void pass_over_blocks(const StepConstants& c, BlockKernel kernel, bool observe);
   void advance_and_scatter_strays(const StepConstants& c, bool observe);
   void scatter_particles(std::span<const std::uint32_t> returned_strays);
-  void collect_strays(std::span<BlockResult> results);
+  void collect_strays(std::span<const BlockResult> results);
   void scatter_strays(const StepConstants& c, bool observe);
   ParticleSums advance_strays(const StepConstants& c);
   void check_walls() const;
