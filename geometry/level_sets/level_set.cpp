@@ -62,30 +62,36 @@ class CappedSolid {
     constexpr double apart = 0.8, accuracy = 0.03;  // voxels: of other closest points; of the stored ones
     const Vec3 x(i, j, k);
     std::array<Vec3, 28> known;
-    std::size_t count = 0;
-    if (const auto own = found_.of({i, j, k})) known[count++] = *own;
+    std::ptrdiff_t count = 0;
+    if (const auto own = found_.of({i, j, k})) known[std::size_t(count++)] = *own;
     Nearest nearest{distance, {}};
+    double certain = std::max(0.0, distance - accuracy);
     for (int dk = -1; dk <= 1; ++dk)
       for (int dj = -1; dj <= 1; ++dj)
         for (int di = -1; di <= 1; ++di) {
           const std::optional<Vec3> start = found_.of({i + di, j + dj, k + dk});
           if (!start) continue;
+          const bool is_nearer = (x - *start).squaredNorm() < certain * certain;
+          const auto is_beside = [&](const Vec3& y) { return (y - *start).squaredNorm() < apart * apart; };
+          if (!is_nearer && std::any_of(known.begin(), known.begin() + count, is_beside)) continue;
           // Going from the neighbour to x, its closest point moves sideways on a plane and stays on a crease.
           const Vec3 step(-di, -dj, -dk), way = x - step - *start;
-          const double length = way.norm(), along = length > 0.1 ? way.dot(step) / length : 0.0;
-          const double expected = length > 0.1 ? std::abs(length + along) : 0.0;
-          const Vec3 sideways = length > 0.1 ? Vec3(step - along / length * way) : step;
+          const double squared_length = way.squaredNorm();
+          const bool has_normal = squared_length > 0.01;
+          const double along = has_normal ? way.dot(step) / squared_length : 0.0;
+          const double expected = has_normal ? std::abs(1 + along) * std::sqrt(squared_length) : 0.0;
+          const Vec3 sideways = step - along * way;
           const auto leads_to = [&, squared = std::max(sideways.squaredNorm(), 1e-6)](const Vec3& y) {
             const double share = std::clamp((y - *start).dot(sideways) / squared, 0.0, 1.0);
             return (y - *start - share * sideways).squaredNorm() < apart * apart;
           };
-          const bool is_nearer = (x - *start).norm() < nearest.distance - accuracy;
-          if (!is_nearer && (expected >= nearest.distance ||
-                             std::any_of(known.begin(), known.begin() + std::ptrdiff_t(count), leads_to)))
+          if (!is_nearer &&
+              (expected >= nearest.distance || std::any_of(known.begin(), known.begin() + count, leads_to)))
             continue;
-          const Nearest other = closest_of_any(x, *start, from_solid, {});
-          if (other.distance < far_away) known[count++] = other.at;
-          if (other.distance < nearest.distance) nearest = other;
+          const Nearest other = closest_of_any(x, *start, from_solid, nearest);
+          const bool shorter = other.distance < nearest.distance;
+          known[std::size_t(count++)] = shorter ? other.at : *start;
+          if (shorter) nearest = other, certain = std::max(0.0, nearest.distance - accuracy);
         }
     return nearest.distance;
   }
