@@ -40,13 +40,13 @@ Sample from_positions(const SampleLattice& lattice, std::vector<Vec3> positions,
 }  // namespace
 
 // Peaks measured from 131^3 to 512^2 x 1024 points (geometry/README.md): 50 MB for the program, 11 (57 points
-// a wavelength) to 14 (14 points) bytes a point for the field and its level set, 5 for a second field. A
-// gradient: the sum and one of its fields in double precision.
+// a wavelength) to 14 (14 points) bytes a point for the field and its level set, 9 for a second field and the
+// closest points that its solid keeps. A gradient: the sum and one of its fields in double precision.
 double memory_to_generate(const SampleScene& scene) {
   constexpr double program = 50e6;
   double bytes_per_point = 13.5;
   if (const auto* source = std::get_if<GaussianRandomFieldSource>(&scene.microstructure)) {
-    bytes_per_point += 5 * (field_count(source->morphology) - 1);
+    bytes_per_point += 9 * (field_count(source->morphology) - 1);
     if (source->field.wavelength_gradient != 1.0) bytes_per_point += 8;
   }
   return program + bytes_per_point * double(scene.lattice->count());

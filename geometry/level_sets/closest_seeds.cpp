@@ -49,6 +49,26 @@ ClosestSeeds::ClosestSeeds(const CutSolid& solid)
   for (int ring = 2; ring <= rings; ++ring) frontier = grow_ring(ring, frontier);
 }
 
+ClosestSeeds::ClosestSeeds(const Index3& points)
+    : points_(points),
+      layout_{points, {}},
+      packed_(layout_.plane_stride() * std::size_t(points[2] + 2 * padding), 0) {}
+
+void ClosestSeeds::put(const Index3& index, const Vec3& seed) {
+  Seed offset{{}, 1};
+  for (int axis = 0; axis < 3; ++axis) {
+    offset.offset[axis] = int(std::lround((seed[axis] - index[axis]) / unit));
+    if (std::abs(offset.offset[axis]) > largest_offset) return;
+  }
+  packed_[layout_.offset(index[0], index[1], index[2])] = pack(offset);
+}
+
+std::optional<Vec3> ClosestSeeds::of(const Index3& index) const {
+  const auto seed = neighbour(index, {}, rings);
+  if (!seed) return std::nullopt;
+  return Vec3(index[0] + unit * seed->way[0], index[1] + unit * seed->way[1], index[2] + unit * seed->way[2]);
+}
+
 ClosestSeeds::Choice ClosestSeeds::at(int i, int j, int k) const {
   constexpr std::array<Index3, 7> near = {Index3{0, 0, 0}, {-1, 0, 0}, {1, 0, 0}, {0, -1, 0},
                                           {0, 1, 0},       {0, 0, -1}, {0, 0, 1}};

@@ -18,6 +18,15 @@ class ClosestSeeds {
   /// pass between lattice points count also where no lattice point between them is solid.
   explicit ClosestSeeds(const CutSolid& solid);
 
+  /// None, for a lattice of as many points.
+  explicit ClosestSeeds(const Index3& points);
+
+  /// Replaces the seed of a lattice point; one that is farther than the seeds reach is none.
+  void put(const Index3& index, const Vec3& seed);
+
+  /// That of a lattice point itself, index space; nothing outside the padded lattice.
+  std::optional<Vec3> of(const Index3& index) const;
+
   struct Choice {
     std::optional<Vec3> first;   ///< the nearest; nothing if the surface is not near
     std::optional<Vec3> second;  ///< one elsewhere on the surface that is hardly farther

@@ -23,10 +23,26 @@ constexpr double least_distance = 1e-6;  // keeps the sign of a lattice point th
 // Distances in voxels from lattice points to the surface of the capped solid.
 class CappedSolid {
  public:
-  explicit CappedSolid(const CutSolid& solid) : solid_(solid), sheets_(solid.sheets()), seeds_(solid) {}
+  explicit CappedSolid(const CutSolid& solid)
+      : solid_(solid),
+        sheets_(solid.sheets()),
+        seeds_(solid),
+        found_(composed() ? solid.points() : Index3{}) {}
+
+  // Of two fields: distances that `shortened_distance` may still shorten.
+  bool composed() const { return solid_.fields.size() == 2; }
+
+  // Whether a point belongs to the padded lattice.
+  bool holds(int i, int j, int k) const {
+    const Index3 index = {i, j, k};
+    for (int axis = 0; axis < 3; ++axis)
+      if (index[axis] < -PaddedField::padding || index[axis] >= solid_.points()[axis] + PaddedField::padding)
+        return false;
+    return true;
+  }
 
   // Negative inside, +-far_away beyond the band; (i, j, k) within the padded lattice.
-  double signed_distance(int i, int j, int k) const {
+  double signed_distance(int i, int j, int k) {
     const Vec3 x(i, j, k), in_box = x.cwiseMax(lower()).cwiseMin(upper());
     if (in_box != x) {
       // Outside: the face is the nearest solid where it is solid, else a point of the cut within the box.
@@ -40,7 +56,52 @@ class CappedSolid {
     return -std::max(std::min(to_cut, to_face), least_distance);
   }
 
+  // At most `distance`, which `signed_distance` found: less if a closest point that it found for a neighbour
+  // leads to a nearer sheet or crease. Call it when all points are done.
+  double shortened_distance(int i, int j, int k, bool from_solid, double distance) const {
+    constexpr double apart = 0.8, accuracy = 0.03;  // voxels: of other closest points; of the stored ones
+    const Vec3 x(i, j, k);
+    std::array<Vec3, 28> known;
+    std::ptrdiff_t count = 0;
+    if (const auto own = found_.of({i, j, k})) known[std::size_t(count++)] = *own;
+    Nearest nearest{distance, {}};
+    double certain = std::max(0.0, distance - accuracy);
+    for (int dk = -1; dk <= 1; ++dk)
+      for (int dj = -1; dj <= 1; ++dj)
+        for (int di = -1; di <= 1; ++di) {
+          const std::optional<Vec3> start = found_.of({i + di, j + dj, k + dk});
+          if (!start) continue;
+          const bool is_nearer = (x - *start).squaredNorm() < certain * certain;
+          const auto is_beside = [&](const Vec3& y) { return (y - *start).squaredNorm() < apart * apart; };
+          if (!is_nearer && std::any_of(known.begin(), known.begin() + count, is_beside)) continue;
+          // Going from the neighbour to x, its closest point moves sideways on a plane and stays on a crease.
+          const Vec3 step(-di, -dj, -dk), way = x - step - *start;
+          const double squared_length = way.squaredNorm();
+          const bool has_normal = squared_length > 0.01;
+          const double along = has_normal ? way.dot(step) / squared_length : 0.0;
+          const double expected = has_normal ? std::abs(1 + along) * std::sqrt(squared_length) : 0.0;
+          const Vec3 sideways = step - along * way;
+          const auto leads_to = [&, squared = std::max(sideways.squaredNorm(), 1e-6)](const Vec3& y) {
+            const double share = std::clamp((y - *start).dot(sideways) / squared, 0.0, 1.0);
+            return (y - *start - share * sideways).squaredNorm() < apart * apart;
+          };
+          if (!is_nearer &&
+              (expected >= nearest.distance || std::any_of(known.begin(), known.begin() + count, leads_to)))
+            continue;
+          const Nearest other = closest_of_any(x, *start, from_solid, nearest);
+          const bool shorter = other.distance < nearest.distance;
+          known[std::size_t(count++)] = shorter ? other.at : *start;
+          if (shorter) nearest = other, certain = std::max(0.0, nearest.distance - accuracy);
+        }
+    return nearest.distance;
+  }
+
  private:
+  struct Nearest {
+    double distance = far_away;
+    Vec3 at = Vec3::Zero();
+  };
+
   static Vec3 lower() { return Vec3::Constant(-0.5); }
   Vec3 upper() const {
     return Vec3(solid_.points()[0], solid_.points()[1], solid_.points()[2]) - Vec3::Constant(0.5);
@@ -50,7 +111,7 @@ class CappedSolid {
   }
 
   // To the sheets, and the creases of composed solids.
-  double distance_to_cut(const Vec3& x, int i, int j, int k, bool from_solid) const {
+  double distance_to_cut(const Vec3& x, int i, int j, int k, bool from_solid) {
     const ClosestSeeds::Choice seeds = seeds_.at(i, j, k);
     if (!seeds.first) return far_away;
     if (!composed()) {
@@ -60,24 +121,25 @@ class CappedSolid {
 
     const double rough = (x - *seeds.first).norm();
     if (rough > half_width + seed_error) return far_away;
-    double least = distance_to_any(x, *seeds.first, from_solid, far_away);
-    if (seeds.second) least = distance_to_any(x, *seeds.second, from_solid, least);
+    Nearest nearest = closest_of_any(x, *seeds.first, from_solid, {});
+    if (seeds.second) nearest = closest_of_any(x, *seeds.second, from_solid, nearest);
     // A seed lies on the boundary: if nothing as near was found, look again, at all seeds around.
     constexpr double seed_accuracy = 0.03;  // voxels, of most
-    if (least > rough + seed_accuracy) {
+    if (nearest.distance > rough + seed_accuracy) {
       for (const Vec3& seed : seeds_.all_around(i, j, k))
-        if ((x - seed).norm() < least + seed_error) least = distance_to_any(x, seed, from_solid, least);
+        if ((x - seed).norm() < nearest.distance + seed_error)
+          nearest = closest_of_any(x, seed, from_solid, nearest);
     }
-    return least < far_away ? least : rough;
+    if (!(nearest.distance < far_away)) return rough;
+    found_.put({i, j, k}, nearest.at);
+    return nearest.distance;
   }
-
-  bool composed() const { return solid_.fields.size() == 2; }
 
   double distance_to_sheets(const Vec3& x, const Vec3& seed) const {
     const double rough = (x - seed).norm();
     if (rough > half_width + seed_error) return far_away;
     const double distance =
-        sheets_.size() == 1 ? distance_to_one(x, seed) : distance_to_any(x, seed, false, far_away);
+        sheets_.size() == 1 ? distance_to_one(x, seed) : closest_of_any(x, seed, false, {}).distance;
     return distance > rough + seed_error ? rough : distance;
   }
 
@@ -91,10 +153,10 @@ class CappedSolid {
     return closest ? (x - *closest).norm() : far_away;
   }
 
-  // To the nearest of the sheets that pass near the seed, where they bound the solid, and of the creases;
-  // at most `least`. Only seen from the pores of an open cell and from the solid of a closed one may a crease
-  // be nearer than every sheet.
-  double distance_to_any(const Vec3& x, const Vec3& seed, bool from_solid, double least) const {
+  // On the nearest of the sheets that pass near the seed, where they bound the solid, and of the creases;
+  // `best` if that is nearer. Only seen from the pores of an open cell and from the solid of a closed one may
+  // a crease be nearer than every sheet.
+  Nearest closest_of_any(const Vec3& x, const Vec3& seed, bool from_solid, Nearest best) const {
     constexpr double reach = 1.5;  // voxels, to first order
     std::array<double, 4> away;
     double nearest = far_away;
@@ -110,10 +172,10 @@ class CappedSolid {
     for (std::size_t n = 0; n < sheets_.size(); ++n) {
       if (away[n] > std::max(reach, nearest)) continue;
       const std::optional<Vec3> closest = closest_on({&sheets_[n], 1}, x, seed);
-      if (!closest || (x - *closest).norm() >= least) continue;
+      if (!closest || (x - *closest).norm() >= best.distance) continue;
       const double other_value = composed() ? interpolate_value(solid_.fields[n < 2], *closest) : 0.0;
       if (!composed() || solid_.on_boundary(other_value) >= 0) {
-        least = (x - *closest).norm();
+        best = {(x - *closest).norm(), *closest};
       } else if (reentrant) {
         // Within the other cut, either of its sheets may be nearer.
         for (const std::size_t side : {0, 1}) {
@@ -129,27 +191,24 @@ class CappedSolid {
           const std::array<Sheet, 2> both = {sheets_[n], sheets_[2 + m]};
           std::optional<Vec3> closest = closest_on(both, x, seed);
           if (!closest) closest = closest_on(both, x, *start);
-          if (closest) least = std::min(least, (x - *closest).norm());
+          if (closest && (x - *closest).norm() < best.distance) best = {(x - *closest).norm(), *closest};
         }
-    return least;
+    return best;
   }
 
   CutSolid solid_;
   std::vector<Sheet> sheets_;
   ClosestSeeds seeds_;
+  ClosestSeeds found_;  // closest points of composed solids
 };
 
 // The leaf at `origin`, or nothing if no point of it lies in the band.
-std::unique_ptr<Leaf> build_leaf(const CappedSolid& solid, const Index3& points, const openvdb::Coord& origin,
-                                 double spacing) {
+std::unique_ptr<Leaf> build_leaf(CappedSolid& solid, const openvdb::Coord& origin, double spacing) {
   const auto background = float(half_width * spacing);
   auto leaf = std::make_unique<Leaf>(origin, background, false);
   for (openvdb::Index offset = 0; offset < Leaf::SIZE; ++offset) {
     const openvdb::Coord voxel = leaf->offsetToGlobalCoord(offset);
-    bool within = true;
-    for (int axis = 0; axis < 3; ++axis)
-      within &= voxel[axis] >= -PaddedField::padding && voxel[axis] < points[axis] + PaddedField::padding;
-    if (!within) continue;
+    if (!solid.holds(voxel[0], voxel[1], voxel[2])) continue;
     const double distance = solid.signed_distance(voxel[0], voxel[1], voxel[2]);
     if (std::abs(distance) < half_width)
       leaf->setValueOn(offset, float(distance * spacing));
@@ -159,6 +218,19 @@ std::unique_ptr<Leaf> build_leaf(const CappedSolid& solid, const Index3& points,
   return leaf->isEmpty() ? nullptr : std::move(leaf);
 }
 
+// Takes the distances of a leaf that the closest points of neighbours shorten.
+void shorten_distances(const CappedSolid& solid, double spacing, Leaf& leaf) {
+  for (openvdb::Index offset = 0; offset < Leaf::SIZE; ++offset) {
+    const openvdb::Coord voxel = leaf.offsetToGlobalCoord(offset);
+    if (!solid.holds(voxel[0], voxel[1], voxel[2])) continue;
+    const bool is_solid = leaf.getValue(offset) < 0;
+    const double before = std::min(std::abs(leaf.getValue(offset)) / spacing, half_width);
+    const double distance = solid.shortened_distance(voxel[0], voxel[1], voxel[2], is_solid, before);
+    if (distance < before)
+      leaf.setValueOn(offset, float(std::max(distance, least_distance) * (is_solid ? -spacing : spacing)));
+  }
+}
+
 }  // namespace
 
 LevelSet build_level_set(const PaddedField& excess, double spacing, const Watch& watch) {
@@ -166,7 +238,7 @@ LevelSet build_level_set(const PaddedField& excess, double spacing, const Watch&
 }
 
 LevelSet build_level_set(const CutSolid& cut, double spacing, const Watch& watch) {
-  const CappedSolid solid(cut);
+  CappedSolid solid(cut);
   const Index3& points = cut.points();
   const LengthUnit unit = length_unit_for(spacing);
   spacing /= unit.metres;
@@ -182,8 +254,13 @@ LevelSet build_level_set(const CutSolid& cut, double spacing, const Watch& watch
     tbb::parallel_for(first, std::min(leaf_count, first + block), [&](std::size_t n) {
       const auto i = int(n % leaves[0]), j = int(n / leaves[0] % leaves[1]),
                  k = int(n / leaves[0] / leaves[1]);
-      built[n] =
-          build_leaf(solid, points, openvdb::Coord(edge * (i - 1), edge * (j - 1), edge * (k - 1)), spacing);
+      built[n] = build_leaf(solid, openvdb::Coord(edge * (i - 1), edge * (j - 1), edge * (k - 1)), spacing);
+    });
+  }
+
+  if (solid.composed()) {
+    tbb::parallel_for(std::size_t(0), leaf_count, [&](std::size_t n) {
+      if (built[n]) shorten_distances(solid, spacing, *built[n]);
     });
   }
 
