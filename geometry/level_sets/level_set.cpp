@@ -248,21 +248,22 @@ LevelSet build_level_set(const CutSolid& cut, double spacing, const Watch& watch
   for (int axis = 0; axis < 3; ++axis) leaves[axis] = (points[axis] + PaddedField::padding - 1) / edge + 2;
   const std::size_t leaf_count = std::size_t(leaves[0]) * std::size_t(leaves[1]) * std::size_t(leaves[2]);
   std::vector<std::unique_ptr<Leaf>> built(leaf_count);
-  constexpr std::size_t block = 1024;  // half a million points: a fraction of a second
-  for (std::size_t first = 0; first < leaf_count; first += block) {
-    if (watch) watch(double(first) / double(leaf_count));
-    tbb::parallel_for(first, std::min(leaf_count, first + block), [&](std::size_t n) {
-      const auto i = int(n % leaves[0]), j = int(n / leaves[0] % leaves[1]),
-                 k = int(n / leaves[0] / leaves[1]);
-      built[n] = build_leaf(solid, openvdb::Coord(edge * (i - 1), edge * (j - 1), edge * (k - 1)), spacing);
-    });
-  }
-
-  if (solid.composed()) {
-    tbb::parallel_for(std::size_t(0), leaf_count, [&](std::size_t n) {
+  const double passes = solid.composed() ? 2 : 1;
+  const auto for_each_leaf = [&](int pass, const auto& visit) {
+    constexpr std::size_t block = 1024;  // half a million points: a fraction of a second
+    for (std::size_t first = 0; first < leaf_count; first += block) {
+      if (watch) watch((pass + double(first) / double(leaf_count)) / passes);
+      tbb::parallel_for(first, std::min(leaf_count, first + block), visit);
+    }
+  };
+  for_each_leaf(0, [&](std::size_t n) {
+    const auto i = int(n % leaves[0]), j = int(n / leaves[0] % leaves[1]), k = int(n / leaves[0] / leaves[1]);
+    built[n] = build_leaf(solid, openvdb::Coord(edge * (i - 1), edge * (j - 1), edge * (k - 1)), spacing);
+  });
+  if (solid.composed())
+    for_each_leaf(1, [&](std::size_t n) {
       if (built[n]) shorten_distances(solid, spacing, *built[n]);
     });
-  }
 
   auto grid = openvdb::FloatGrid::create(float(half_width * spacing));
   for (auto& leaf : built)
