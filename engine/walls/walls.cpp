@@ -156,8 +156,7 @@ class Walls::Surroundings {
   std::array<Node*, 27> found_;
 };
 
-/// Sets one component of some nodes. Sums of its own: those of the action would be stored for every node,
-/// lest it be one of them.
+/// Sets one component of some nodes. Its sums stay in registers; those of the action might alias a node.
 struct Walls::Setting {
   double impulse = 0, moment = 0, work = 0, impact_loss = 0, kinetic_change = 0, fastest = 0;
 
