@@ -145,7 +145,7 @@ class CappedSolid {
 
   std::optional<Vec3> closest_on(std::span<const Sheet> sheets, const Vec3& x, const Vec3& start) const {
     // The curved and thin parts of composed solids take one step more.
-    return find_closest_point(sheets, x, start, composed() ? 0.03 : 0.15);
+    return find_closest_point(sheets, x, start, composed() ? Accuracy::fine : Accuracy::usual);
   }
 
   double distance_to_one(const Vec3& x, const Vec3& start) const {
@@ -191,7 +191,16 @@ class CappedSolid {
           const std::array<Sheet, 2> both = {sheets_[n], sheets_[2 + m]};
           std::optional<Vec3> closest = closest_on(both, x, seed);
           if (!closest) closest = closest_on(both, x, *start);
-          if (closest && (x - *closest).norm() < best.distance) best = {(x - *closest).norm(), *closest};
+          if (!closest || (x - *closest).norm() >= best.distance) continue;
+          best = {(x - *closest).norm(), *closest};
+          const Vec3 crease = *closest;
+          // From the crease a sheet may lead nearer.
+          for (const std::size_t s : {n, 2 + m}) {
+            closest = closest_on({&sheets_[s], 1}, x, crease);
+            if (closest && (x - *closest).norm() < best.distance &&
+                solid_.on_boundary(interpolate_value(solid_.fields[s < 2], *closest)) >= 0)
+              best = {(x - *closest).norm(), *closest};
+          }
         }
     return best;
   }

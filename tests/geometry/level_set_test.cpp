@@ -313,7 +313,7 @@ TEST(ClosestPoint, OfACreaseLiesOnBothSheetsOrIsNotFound) {
     for (int n = 0; n < 4000; ++n) {
       const std::array<Sheet, 2> sheets{Sheet{&first, level(random)}, Sheet{&second, level(random)}};
       const Vec3 start(at(random), at(random), at(random)), x(at(random), at(random), at(random));
-      const std::optional<Vec3> closest = find_closest_point(sheets, x, start, 0.03);
+      const std::optional<Vec3> closest = find_closest_point(sheets, x, start, Accuracy::fine);
       if (!closest) continue;
       ++found;
       ASSERT_TRUE((closest->array() >= lower.array()).all() && (closest->array() <= upper.array()).all());
