@@ -125,7 +125,7 @@ std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3
   constexpr double most_settled = 0.15;
   constexpr double least_sine = 0.01;  // of an angle from which the step to a crease can be computed
   const double crease_factor = sheets.size() == 1 ? 1.0 : 0.2;
-  const double settled = accuracy == Accuracy::fine ? 0.03 : most_settled;
+  const double settled = crease_factor * (accuracy == Accuracy::fine ? 0.03 : most_settled);
 
   Vec3 y = start;
   Held held{};
@@ -170,7 +170,7 @@ std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3
       if (iteration + 1 == last) return step.norm() < 0.05 ? std::optional<Vec3>(y) : std::nullopt;
       continue;
     }
-    const double enough = crease_factor * (iteration < most_iterations / 2 ? settled : most_settled);
+    const double enough = iteration < most_iterations / 2 ? settled : most_settled;
     if (stopped || step.squaredNorm() > enough * enough) continue;
 
     // A face binds only while the way to the minimum leads out through it.
