@@ -132,9 +132,9 @@ std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3
   bool released = false;
   // On the septic interpolants, whose surface lies elsewhere by less than `most_moved`.
   bool finely = false;
-  constexpr double finely_settled = 5e-3, most_moved = 0.5;
+  constexpr double finely_settled = 0.01, most_moved = 0.5;
   const bool may_refine = accuracy == Accuracy::fine && *std::ranges::min_element(points) > 1;
-  Vec3 roughly = y;
+  Vec3 roughly = y, step_before = Vec3::Zero();
   int last = most_iterations;
   for (int iteration = 0; iteration < last; ++iteration) {
     std::array<FieldJet, 2> jets;
@@ -149,6 +149,9 @@ std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3
                                    : step_on_crease(jets, gradients, x - y, held);
     const double length = step.norm();
     if (length > 1.0) step /= length;
+    // To and fro across the minimum.
+    if (finely && iteration + most_fine_iterations / 2 >= last && step.dot(step_before) < 0) step *= 0.5;
+    step_before = step;
 
     // Stop at the faces.
     bool stopped = false;
@@ -164,14 +167,20 @@ std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3
     if (finely) {
       if (!((y - roughly).norm() < most_moved)) return std::nullopt;
       if (step.norm() < finely_settled) return y;
-      if (iteration + 1 == last && getenv("DBG"))
-        printf("unsettled %d sheets, last step %g moved %g\n", int(sheets.size()), step.norm(),
-               (y - roughly).norm());
-      if (iteration + 1 == last) return step.norm() < 0.05 ? std::optional<Vec3>(y) : std::nullopt;
+      if (iteration + 1 == last) {
+        if (!(step.norm() < most_settled)) return std::nullopt;
+        return polish(sheets, y, gradients).cwiseMax(lower).cwiseMin(upper);
+      }
       continue;
     }
     const double enough = iteration < most_iterations / 2 ? settled : most_settled;
-    if (stopped || step.squaredNorm() > enough * enough) continue;
+    if (stopped || step.squaredNorm() > enough * enough) {
+      if (iteration + 1 == last && may_refine && sheets.size() == 1) {
+        finely = true, roughly = y;
+        last += most_fine_iterations;
+      }
+      continue;
+    }
 
     // A face binds only while the way to the minimum leads out through it.
     if (!released) {

@@ -191,15 +191,21 @@ class CappedSolid {
           const std::array<Sheet, 2> both = {sheets_[n], sheets_[2 + m]};
           std::optional<Vec3> closest = closest_on(both, x, seed);
           if (!closest) closest = closest_on(both, x, *start);
-          if (!closest || (x - *closest).norm() >= best.distance) continue;
+          if (!closest) continue;
+          // Between sheets that all but touch there may be one on the other side, too.
+          if ((x - *start).norm() < 0.25 * (x - *closest).norm()) {
+            const Vec3 across = (2 * *start - *closest).cwiseMax(lower()).cwiseMin(upper());
+            const std::optional<Vec3> other = closest_on(both, x, across);
+            if (other && (x - *other).norm() < (x - *closest).norm()) closest = other;
+          }
+          if ((x - *closest).norm() >= best.distance) continue;
           best = {(x - *closest).norm(), *closest};
-          const Vec3 crease = *closest;
           // From the crease a sheet may lead nearer.
           for (const std::size_t s : {n, 2 + m}) {
-            closest = closest_on({&sheets_[s], 1}, x, crease);
-            if (closest && (x - *closest).norm() < best.distance &&
-                solid_.on_boundary(interpolate_value(solid_.fields[s < 2], *closest)) >= 0)
-              best = {(x - *closest).norm(), *closest};
+            const std::optional<Vec3> nearer = closest_on({&sheets_[s], 1}, x, *closest);
+            if (nearer && (x - *nearer).norm() < best.distance &&
+                solid_.on_boundary(interpolate_value(solid_.fields[s < 2], *nearer)) >= 0)
+              best = {(x - *nearer).norm(), *nearer};
           }
         }
     return best;
