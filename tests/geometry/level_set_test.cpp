@@ -318,7 +318,7 @@ TEST(ClosestPoint, OfACreaseLiesOnBothSheetsOrIsNotFound) {
       ++found;
       ASSERT_TRUE((closest->array() >= lower.array()).all() && (closest->array() <= upper.array()).all());
       for (const Sheet& sheet : sheets) {
-        const FieldJet jet = interpolate_jet(*sheet.field, *closest);
+        const FieldJet jet = interpolate_jet_finely(*sheet.field, *closest);
         ASSERT_LT(std::abs(jet.value - sheet.level) / jet.gradient.norm(), 0.1)  // voxels
             << "seed " << seed << ", " << n << ", at " << closest->transpose();
       }
