@@ -3,6 +3,7 @@
 #include <openvdb/tools/SignedFloodFill.h>
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -59,11 +60,16 @@ class CappedSolid {
   // At most `distance`, which `signed_distance` found: less if a closest point that it found for a neighbour
   // leads to a nearer sheet or crease. Call it when all points are done.
   double shortened_distance(int i, int j, int k, bool from_solid, double distance) const {
-    constexpr double apart = 0.8, accuracy = 0.03;  // voxels: of other closest points; of the stored ones
+    constexpr double accuracy = 0.03;           // voxels, of the stored closest points
+    constexpr double most = 0.8, least = 0.15;  // voxels apart: other closest points
     const Vec3 x(i, j, k);
     std::array<Vec3, 28> known;
     std::ptrdiff_t count = 0;
-    if (const auto own = found_.of({i, j, k})) known[std::size_t(count++)] = *own;
+    double apart = most;
+    if (const auto own = found_.of({i, j, k})) {
+      known[std::size_t(count++)] = *own;
+      if (distance < 1.0 && is_intricate(*own, distance)) apart = std::clamp(most * distance, least, most);
+    }
     Nearest nearest{distance, {}};
     double certain = std::max(0.0, distance - accuracy);
     for (int dk = -1; dk <= 1; ++dk)
@@ -151,6 +157,22 @@ class CappedSolid {
   double distance_to_one(const Vec3& x, const Vec3& start) const {
     const std::optional<Vec3> closest = closest_on(sheets_, x, start);
     return closest ? (x - *closest).norm() : far_away;
+  }
+
+  // Whether near y two closest points of an x at `distance` from it may lie beside each other: with x about
+  // at a centre of curvature, or where sheets cross at a small angle.
+  bool is_intricate(const Vec3& y, double distance) const {
+    constexpr double beside = 0.3, small_sine = 0.5;  // voxels; sine
+    std::array<Vec3, 2> normals;
+    std::size_t count = 0;
+    for (const PaddedField& field : solid_.fields) {
+      const FieldJet jet = interpolate_jet(field, y);
+      const double slope = jet.gradient.norm();
+      if (std::abs(std::abs(jet.value) - solid_.threshold) > beside * slope) continue;
+      if (distance * jet.hessian.norm() > slope) return true;
+      normals[count++] = jet.gradient / slope;
+    }
+    return count == 2 && normals[0].cross(normals[1]).norm() < small_sine;
   }
 
   // On the nearest of the sheets that pass near the seed, where they bound the solid, and of the creases;

@@ -168,9 +168,11 @@ class BruteForce {
         if (y[axis] < 0 || y[axis] > fields_[0].points[axis] - 1) return std::nullopt;
       if (step.norm() < 1e-3) return y;
     }
-    // Near a centre of curvature steps hardly shrink; every point of the boundary bounds the distance.
+    // Near a centre of curvature steps hardly shrink; every point of the boundary bounds the distance. Sheets
+    // that all but touch have no such point.
     const auto normal = to_sheets(sheets, y, jets);
-    return normal ? std::optional<Vec3>(y + *normal) : std::nullopt;
+    if (!normal || normal->norm() > 0.01) return std::nullopt;
+    return Vec3(y + *normal);
   }
 
   std::vector<PaddedField> fields_;
