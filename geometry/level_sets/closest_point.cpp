@@ -168,8 +168,9 @@ std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3
       if (!((y - roughly).norm() < most_moved)) return std::nullopt;
       if (step.norm() < finely_settled) return y;
       if (iteration + 1 == last) {
-        if (!(step.norm() < most_settled)) return std::nullopt;
-        return polish(sheets, y, gradients).cwiseMax(lower).cwiseMin(upper);
+        const Vec3 corrected = polish(sheets, y, gradients);
+        if (!(step.norm() < most_settled && (corrected - y).norm() < finely_settled)) return std::nullopt;
+        return corrected.cwiseMax(lower).cwiseMin(upper);
       }
       continue;
     }
@@ -197,9 +198,9 @@ std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3
     }
     if (sheets.size() == 1) return polish(sheets, y, gradients).cwiseMax(lower).cwiseMin(upper);
     // The interpolants' creases lie farther apart: twice, and not where a correction may lead anywhere.
-    for (int pass = 0; pass < 2; ++pass) {
+    for (const double most : {most_settled, finely_settled}) {
       const Vec3 corrected = polish(sheets, y, gradients);
-      if (!((corrected - y).norm() < most_settled)) return std::nullopt;
+      if (!((corrected - y).norm() < most)) return std::nullopt;
       y = corrected.cwiseMax(lower).cwiseMin(upper);
     }
     return y;

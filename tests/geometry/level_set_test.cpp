@@ -318,8 +318,10 @@ TEST(ClosestPoint, OfACreaseLiesOnBothSheetsOrIsNotFound) {
       ++found;
       ASSERT_TRUE((closest->array() >= lower.array()).all() && (closest->array() <= upper.array()).all());
       for (const Sheet& sheet : sheets) {
+        // At eight points a wavelength the cubic interpolants' own sheets lie up to 0.14 voxel off the
+        // waves'.
         const FieldJet jet = interpolate_jet_finely(*sheet.field, *closest);
-        ASSERT_LT(std::abs(jet.value - sheet.level) / jet.gradient.norm(), 0.1)  // voxels
+        ASSERT_LT(std::abs(jet.value - sheet.level) / jet.gradient.norm(), 0.01)  // voxels
             << "seed " << seed << ", " << n << ", at " << closest->transpose();
       }
     }
