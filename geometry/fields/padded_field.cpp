@@ -1,5 +1,6 @@
 #include "fields/padded_field.h"
 
+#include <algorithm>
 #include <array>
 
 namespace anticrack {
@@ -26,20 +27,39 @@ std::array<float, 6> quintic_weights(float u) {
           a * b * c * e * f / 12,   -a * b * c * d * f / 24, a * b * c * d * e / 120};
 }
 
-}  // namespace
+constexpr int septic_points = 8;
+using LongRow = Eigen::Array<float, septic_points, 1>;
 
-FieldJet interpolate_jet(const PaddedField& field, const Vec3& x) {
-  const Vec3 base = x.array().floor();
-  const Eigen::Vector3f u = (x - base).cast<float>();
-  const CubicWeights wx(u[0]), wy(u[1]), wz(u[2]);
-  const float* corner = &field.values[field.offset(int(base[0]) - 1, int(base[1]) - 1, int(base[2]) - 1)];
+// Weights of the points 0 ... 7 at u, and their first and second derivatives in u.
+struct SepticWeights {
+  explicit SepticWeights(double u) {
+    for (int n = 0; n < septic_points; ++n) {
+      double product = 1, slope = 0, bend = 0;  // of the factors so far; bend: half the second derivative
+      for (int m = 0; m < septic_points; ++m) {
+        if (m == n) continue;
+        const double factor = (u - m) / (n - m), rate = 1.0 / (n - m);
+        bend = bend * factor + slope * rate;
+        slope = slope * factor + product * rate;
+        product *= factor;
+      }
+      value[n] = float(product), first[n] = float(slope), second[n] = float(2 * bend);
+    }
+  }
 
-  // Contract z and y for the four x columns together; the digits name the order of the derivative in y and z.
+  LongRow value, first, second;
+};
+
+// Value and derivatives from a stencil of rows along x, the first at `corner`.
+template <class Row, class Weights>
+FieldJet contract(const Weights& wx, const Weights& wy, const Weights& wz, const float* corner,
+                  const PaddedField& field) {
+  // Contract z and y for the x columns together; the digits name the order of the derivative in y and z.
   Row f00 = Row::Zero(), f10 = f00, f01 = f00, f20 = f00, f11 = f00, f02 = f00;
-  for (int k = 0; k < 4; ++k) {
+  for (Eigen::Index k = 0; k < wz.value.size(); ++k) {
     Row g0 = Row::Zero(), g1 = g0, g2 = g0;
-    for (int j = 0; j < 4; ++j) {
-      const Row row = Eigen::Map<const Row>(corner + k * field.plane_stride() + j * field.row_stride());
+    for (Eigen::Index j = 0; j < wy.value.size(); ++j) {
+      const Row row = Eigen::Map<const Row>(corner + k * std::ptrdiff_t(field.plane_stride()) +
+                                            j * std::ptrdiff_t(field.row_stride()));
       g0 += wy.value[j] * row;
       g1 += wy.first[j] * row;
       g2 += wy.second[j] * row;
@@ -62,6 +82,17 @@ FieldJet interpolate_jet(const PaddedField& field, const Vec3& x) {
   return jet;
 }
 
+}  // namespace
+
+FieldJet interpolate_jet(const PaddedField& field, const Vec3& x) {
+  const Vec3 base = x.array().floor();
+  const Eigen::Vector3f u = (x - base).cast<float>();
+  const CubicWeights wx(u[0]), wy(u[1]), wz(u[2]);
+  const float* corner = &field.values[field.offset(int(base[0]) - 1, int(base[1]) - 1, int(base[2]) - 1)];
+
+  return contract<Row>(wx, wy, wz, corner, field);
+}
+
 double interpolate_value(const PaddedField& field, const Vec3& x) {
   const Vec3 base = x.array().floor();
   const Eigen::Vector3f u = (x - base).cast<float>();
@@ -78,6 +109,16 @@ double interpolate_value(const PaddedField& field, const Vec3& x) {
   double sum = 0.0;
   for (int i = 0; i < 6; ++i) sum += double(wx[i]) * double(columns[i]);
   return sum;
+}
+
+FieldJet interpolate_jet_finely(const PaddedField& field, const Vec3& x) {
+  std::array<int, 3> first;
+  for (int axis = 0; axis < 3; ++axis)
+    first[axis] = std::clamp(int(std::floor(x[axis])) - 3, -PaddedField::padding,
+                             field.points[axis] + PaddedField::padding - septic_points);
+  const auto weights = [&](int axis) { return SepticWeights(x[axis] - first[axis]); };
+  const float* corner = &field.values[field.offset(first[0], first[1], first[2])];
+  return contract<LongRow>(weights(0), weights(1), weights(2), corner, field);
 }
 
 }  // namespace anticrack

@@ -43,4 +43,11 @@ FieldJet interpolate_jet(const PaddedField& field, const Vec3& x);
 /// @param x  in the sample box, index space
 double interpolate_value(const PaddedField& field, const Vec3& x);
 
+/// Septic Lagrange interpolation on 8^3 points, the nearest but beside the faces of the box, where the
+/// stencil is shifted by a point; error 0.0011 (eta h)^8 of a wave's amplitude. Takes some ten times as long
+/// as the cubic one.
+/// @param field  at least two points along each axis
+/// @param x      in the sample box, index space
+FieldJet interpolate_jet_finely(const PaddedField& field, const Vec3& x);
+
 }  // namespace anticrack

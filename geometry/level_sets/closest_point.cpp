@@ -53,10 +53,10 @@ Eigen::Vector2d combine(const std::array<Vec3, 2>& vectors, const Eigen::Vector2
          (a * c - b * b);
 }
 
-// Sheets that cross at less than about three degrees have no crease that a step could be computed from.
-bool cross(const std::array<Vec3, 2>& gradients) {
+// Whether the sine of the angle at which two sheets cross is larger.
+bool cross(const std::array<Vec3, 2>& gradients, double sine) {
   return gradients[0].cross(gradients[1]).squaredNorm() >
-         2.5e-3 * gradients[0].squaredNorm() * gradients[1].squaredNorm();
+         sine * sine * gradients[0].squaredNorm() * gradients[1].squaredNorm();
 }
 
 // The same for the curve {f_0 = f_1 = 0}: one direction is left, none if a face of the box is held.
@@ -79,8 +79,8 @@ Vec3 without(Vec3 vector, const Held& held) {
   return vector;
 }
 
-FieldJet jet_of(const Sheet& sheet, const Vec3& y) {
-  FieldJet jet = interpolate_jet(*sheet.field, y);
+FieldJet jet_of(const Sheet& sheet, const Vec3& y, bool finely) {
+  FieldJet jet = finely ? interpolate_jet_finely(*sheet.field, y) : interpolate_jet(*sheet.field, y);
   jet.value -= sheet.level;
   return jet;
 }
@@ -103,36 +103,55 @@ Vec3 polish(std::span<const Sheet> sheets, const Vec3& y, const std::array<Vec3,
   return y + way[0] * gradients[0] + way[1] * gradients[1];
 }
 
+// Whether the cubic interpolants know the place of the surface, and its curvature, too badly for a quintic
+// correction: at a radius of curvature of about a voxel, and at creases of sheets that all but touch.
+bool need_finer(std::span<const FieldJet> jets, const std::array<Vec3, 2>& gradients) {
+  for (const FieldJet& jet : jets)
+    if (jet.hessian.squaredNorm() > jet.gradient.squaredNorm()) return true;
+  return jets.size() == 2 && !cross(gradients, 0.5);
+}
+
 }  // namespace
 
 std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3& x, const Vec3& start,
-                                       double settled) {
+                                       Accuracy accuracy) {
   const Index3& points = sheets[0].field->points;
   const Vec3 lower = Vec3::Constant(-0.5);
   const Vec3 upper = Vec3(points[0], points[1], points[2]) - Vec3::Constant(0.5);
-  constexpr int most_iterations = 12;
+  constexpr int most_iterations = 12, most_fine_iterations = 8;
   // The tangential error is about the square of the last step, and the error of the distance the square of
   // that. Along a crease the sheets' errors add up, the more the less they are inclined. Near a centre of
   // curvature steps shrink slowly: then the longer one has to do.
   constexpr double most_settled = 0.15;
+  constexpr double least_sine = 0.01;  // of an angle from which the step to a crease can be computed
   const double crease_factor = sheets.size() == 1 ? 1.0 : 0.2;
+  const double settled = crease_factor * (accuracy == Accuracy::fine ? 0.03 : most_settled);
 
   Vec3 y = start;
   Held held{};
   bool released = false;
-  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+  // On the septic interpolants, whose surface lies elsewhere by less than `most_moved`.
+  bool finely = false;
+  constexpr double finely_settled = 0.01, most_moved = 0.5;
+  const bool may_refine = accuracy == Accuracy::fine && *std::ranges::min_element(points) > 1;
+  Vec3 roughly = y, step_before = Vec3::Zero();
+  int last = most_iterations;
+  for (int iteration = 0; iteration < last; ++iteration) {
     std::array<FieldJet, 2> jets;
     std::array<Vec3, 2> gradients;  // within the free axes
     for (std::size_t n = 0; n < sheets.size(); ++n) {
-      jets[n] = jet_of(sheets[n], y);
+      jets[n] = jet_of(sheets[n], y, finely);
       gradients[n] = without(jets[n].gradient, held);
       if (!(gradients[n].squaredNorm() > 1e-12)) return std::nullopt;
     }
-    if (sheets.size() == 2 && !cross(gradients)) return std::nullopt;
+    if (sheets.size() == 2 && !cross(gradients, least_sine)) return std::nullopt;
     Vec3 step = sheets.size() == 1 ? step_on_sheet(jets[0], gradients[0], x - y, held)
                                    : step_on_crease(jets, gradients, x - y, held);
     const double length = step.norm();
     if (length > 1.0) step /= length;
+    // To and fro across the minimum.
+    if (finely && iteration + most_fine_iterations / 2 >= last && step.dot(step_before) < 0) step *= 0.5;
+    step_before = step;
 
     // Stop at the faces.
     bool stopped = false;
@@ -145,8 +164,24 @@ std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3
       }
     }
     y = next;
-    const double enough = crease_factor * (iteration < most_iterations / 2 ? settled : most_settled);
-    if (stopped || step.squaredNorm() > enough * enough) continue;
+    if (finely) {
+      if (!((y - roughly).norm() < most_moved)) return std::nullopt;
+      if (step.norm() < finely_settled) return y;
+      if (iteration + 1 == last) {
+        const Vec3 corrected = polish(sheets, y, gradients);
+        if (!(step.norm() < most_settled && (corrected - y).norm() < finely_settled)) return std::nullopt;
+        return corrected.cwiseMax(lower).cwiseMin(upper);
+      }
+      continue;
+    }
+    const double enough = iteration < most_iterations / 2 ? settled : most_settled;
+    if (stopped || step.squaredNorm() > enough * enough) {
+      if (iteration + 1 == last && may_refine && sheets.size() == 1) {
+        finely = true, roughly = y;
+        last += most_fine_iterations;
+      }
+      continue;
+    }
 
     // A face binds only while the way to the minimum leads out through it.
     if (!released) {
@@ -156,12 +191,16 @@ std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3
       }
       if (released) continue;
     }
+    if (may_refine && (step.norm() > settled || need_finer({jets.data(), sheets.size()}, gradients))) {
+      finely = true, roughly = y;
+      last = iteration + 1 + most_fine_iterations;
+      continue;
+    }
     if (sheets.size() == 1) return polish(sheets, y, gradients).cwiseMax(lower).cwiseMin(upper);
-    // The interpolants' creases lie farther apart: twice, and not where the sheets all but touch, so that a
-    // correction may lead anywhere.
-    for (int pass = 0; pass < 2; ++pass) {
+    // The interpolants' creases lie farther apart: twice, and not where a correction may lead anywhere.
+    for (const double most : {most_settled, finely_settled}) {
       const Vec3 corrected = polish(sheets, y, gradients);
-      if (!((corrected - y).norm() < most_settled)) return std::nullopt;
+      if (!((corrected - y).norm() < most)) return std::nullopt;
       y = corrected.cwiseMax(lower).cwiseMin(upper);
     }
     return y;

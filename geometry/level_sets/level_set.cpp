@@ -3,6 +3,7 @@
 #include <openvdb/tools/SignedFloodFill.h>
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -59,11 +60,16 @@ class CappedSolid {
   // At most `distance`, which `signed_distance` found: less if a closest point that it found for a neighbour
   // leads to a nearer sheet or crease. Call it when all points are done.
   double shortened_distance(int i, int j, int k, bool from_solid, double distance) const {
-    constexpr double apart = 0.8, accuracy = 0.03;  // voxels: of other closest points; of the stored ones
+    constexpr double accuracy = 0.03;           // voxels, of the stored closest points
+    constexpr double most = 0.8, least = 0.15;  // voxels apart: other closest points
     const Vec3 x(i, j, k);
     std::array<Vec3, 28> known;
     std::ptrdiff_t count = 0;
-    if (const auto own = found_.of({i, j, k})) known[std::size_t(count++)] = *own;
+    double apart = most;
+    if (const auto own = found_.of({i, j, k})) {
+      known[std::size_t(count++)] = *own;
+      if (distance < 1.0 && is_intricate(*own, distance)) apart = std::clamp(most * distance, least, most);
+    }
     Nearest nearest{distance, {}};
     double certain = std::max(0.0, distance - accuracy);
     for (int dk = -1; dk <= 1; ++dk)
@@ -145,12 +151,28 @@ class CappedSolid {
 
   std::optional<Vec3> closest_on(std::span<const Sheet> sheets, const Vec3& x, const Vec3& start) const {
     // The curved and thin parts of composed solids take one step more.
-    return find_closest_point(sheets, x, start, composed() ? 0.03 : 0.15);
+    return find_closest_point(sheets, x, start, composed() ? Accuracy::fine : Accuracy::usual);
   }
 
   double distance_to_one(const Vec3& x, const Vec3& start) const {
     const std::optional<Vec3> closest = closest_on(sheets_, x, start);
     return closest ? (x - *closest).norm() : far_away;
+  }
+
+  // Whether near y two closest points of an x at `distance` from it may lie beside each other: with x about
+  // at a centre of curvature, or where sheets cross at a small angle.
+  bool is_intricate(const Vec3& y, double distance) const {
+    constexpr double beside = 0.3, small_sine = 0.5;  // voxels; sine
+    std::array<Vec3, 2> normals;
+    std::size_t count = 0;
+    for (const PaddedField& field : solid_.fields) {
+      const FieldJet jet = interpolate_jet(field, y);
+      const double slope = jet.gradient.norm();
+      if (std::abs(std::abs(jet.value) - solid_.threshold) > beside * slope) continue;
+      if (distance * jet.hessian.norm() > slope) return true;
+      normals[count++] = jet.gradient / slope;
+    }
+    return count == 2 && normals[0].cross(normals[1]).norm() < small_sine;
   }
 
   // On the nearest of the sheets that pass near the seed, where they bound the solid, and of the creases;
@@ -191,7 +213,22 @@ class CappedSolid {
           const std::array<Sheet, 2> both = {sheets_[n], sheets_[2 + m]};
           std::optional<Vec3> closest = closest_on(both, x, seed);
           if (!closest) closest = closest_on(both, x, *start);
-          if (closest && (x - *closest).norm() < best.distance) best = {(x - *closest).norm(), *closest};
+          if (!closest) continue;
+          // Between sheets that all but touch there may be one on the other side, too.
+          if ((x - *start).norm() < 0.25 * (x - *closest).norm()) {
+            const Vec3 across = (2 * *start - *closest).cwiseMax(lower()).cwiseMin(upper());
+            const std::optional<Vec3> other = closest_on(both, x, across);
+            if (other && (x - *other).norm() < (x - *closest).norm()) closest = other;
+          }
+          if ((x - *closest).norm() >= best.distance) continue;
+          best = {(x - *closest).norm(), *closest};
+          // From the crease a sheet may lead nearer.
+          for (const std::size_t s : {n, 2 + m}) {
+            const std::optional<Vec3> nearer = closest_on({&sheets_[s], 1}, x, *closest);
+            if (nearer && (x - *nearer).norm() < best.distance &&
+                solid_.on_boundary(interpolate_value(solid_.fields[s < 2], *nearer)) >= 0)
+              best = {(x - *nearer).norm(), *nearer};
+          }
         }
     return best;
   }

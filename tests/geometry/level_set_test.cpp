@@ -313,13 +313,15 @@ TEST(ClosestPoint, OfACreaseLiesOnBothSheetsOrIsNotFound) {
     for (int n = 0; n < 4000; ++n) {
       const std::array<Sheet, 2> sheets{Sheet{&first, level(random)}, Sheet{&second, level(random)}};
       const Vec3 start(at(random), at(random), at(random)), x(at(random), at(random), at(random));
-      const std::optional<Vec3> closest = find_closest_point(sheets, x, start, 0.03);
+      const std::optional<Vec3> closest = find_closest_point(sheets, x, start, Accuracy::fine);
       if (!closest) continue;
       ++found;
       ASSERT_TRUE((closest->array() >= lower.array()).all() && (closest->array() <= upper.array()).all());
       for (const Sheet& sheet : sheets) {
-        const FieldJet jet = interpolate_jet(*sheet.field, *closest);
-        ASSERT_LT(std::abs(jet.value - sheet.level) / jet.gradient.norm(), 0.1)  // voxels
+        // At eight points a wavelength the cubic interpolants' own sheets lie up to 0.14 voxel off the
+        // waves'.
+        const FieldJet jet = interpolate_jet_finely(*sheet.field, *closest);
+        ASSERT_LT(std::abs(jet.value - sheet.level) / jet.gradient.norm(), 0.01)  // voxels
             << "seed " << seed << ", " << n << ", at " << closest->transpose();
       }
     }
