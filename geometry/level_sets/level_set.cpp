@@ -60,8 +60,9 @@ class CappedSolid {
   // At most `distance`, which `signed_distance` found: less if a closest point that it found for a neighbour
   // leads to a nearer sheet or crease. Call it when all points are done.
   double shortened_distance(int i, int j, int k, bool from_solid, double distance) const {
-    constexpr double accuracy = 0.03;           // voxels, of the stored closest points
-    constexpr double most = 0.8, least = 0.15;  // voxels apart: other closest points
+    constexpr double accuracy = 0.03;                 // voxels, of the stored closest points
+    constexpr double most = 0.8, least = 0.15;        // voxels apart: other closest points
+    const double slack = distance < 1.0 ? 0.2 : 0.0;  // voxels, of what the first order expects
     const Vec3 x(i, j, k);
     std::array<Vec3, 28> known;
     std::ptrdiff_t count = 0;
@@ -91,8 +92,8 @@ class CappedSolid {
             const double share = std::clamp((y - *start).dot(sideways) / squared, 0.0, 1.0);
             return (y - *start - share * sideways).squaredNorm() < apart * apart;
           };
-          if (!is_nearer &&
-              (expected >= nearest.distance || std::any_of(known.begin(), known.begin() + count, leads_to)))
+          if (!is_nearer && (expected >= nearest.distance + slack ||
+                             std::any_of(known.begin(), known.begin() + count, leads_to)))
             continue;
           const Nearest other = closest_of_any(x, *start, from_solid, nearest);
           const bool shorter = other.distance < nearest.distance;
@@ -211,8 +212,12 @@ class CappedSolid {
       for (const std::size_t m : {0, 1})
         if (const std::optional<Vec3>& start = off_boundary[n][m]) {
           const std::array<Sheet, 2> both = {sheets_[n], sheets_[2 + m]};
+          // Along a curved crease either start may lead to the nearer of two minima.
           std::optional<Vec3> closest = closest_on(both, x, seed);
-          if (!closest) closest = closest_on(both, x, *start);
+          if (!closest || (*start - seed).squaredNorm() > 0.09) {
+            const std::optional<Vec3> other = closest_on(both, x, *start);
+            if (other && (!closest || (x - *other).norm() < (x - *closest).norm())) closest = other;
+          }
           if (!closest) continue;
           // Between sheets that all but touch there may be one on the other side, too.
           if ((x - *start).norm() < 0.25 * (x - *closest).norm()) {
