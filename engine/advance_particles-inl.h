@@ -242,34 +242,47 @@ template <Transfer transfer>
 HWY_INLINE void grid_to_particles(const StepConstants& c, const ParticlePointers& p, const BlockView& block,
                                   const Tile& nodes, const ChunkRange& range,
                                   Chunk<transfer == Transfer::apic>& chunk) {
-  // Reads and writes as many particles as a vector has lanes, of which those before `to` count.
-  const auto move = [&](auto d, const CellPolynomial& grid, std::size_t i, std::size_t to) ANTICRACK_INLINE {
-    using V = hn::Vec<decltype(d)>;
-    const auto here = hn::FirstN(d, to - i);
-    V s[3];
-    for (int a = 0; a < 3; ++a) s[a] = hn::MaskedLoad(here, d, p.s[a] + i);
-    const Place<V> at = place_of(d, s);
+  const auto store = [&](auto d, const auto& moved, int a, std::size_t i) ANTICRACK_INLINE {
     const std::size_t l = i - range.begin;
+    hn::StoreU(moved.s, d, chunk.s[a] + l);
+    hn::StoreU(moved.v, d, chunk.v[a] + l);
+    for (int e = 0; e < 3; ++e) hn::StoreU(moved.L[e], d, chunk.L[3 * a + e] + l);
+    if constexpr (transfer == Transfer::apic)
+      for (int e = 0; e < 3; ++e) hn::StoreU(moved.affine[e], d, chunk.affine[3 * a + e] + l);
+  };
+  // As many particles as a vector has lanes.
+  const auto move_together = [&](auto d, const CellPolynomial& grid, std::size_t i) ANTICRACK_INLINE {
+    using V = hn::Vec<decltype(d)>;
+    const V s[3] = {hn::LoadU(d, p.s[0] + i), hn::LoadU(d, p.s[1] + i), hn::LoadU(d, p.s[2] + i)};
+    const Place<V> at = place_of(d, s);
     for (int a = 0; a < 3; ++a) {
-      const V v = transfer == Transfer::flip ? hn::MaskedLoad(here, d, p.v[a] + i) : hn::Zero(d);
-      const Moved<V> moved = interpolate<transfer>(d, c, grid, at, a, s[a], v);
-      hn::StoreU(moved.s, d, chunk.s[a] + l);
-      hn::StoreU(moved.v, d, chunk.v[a] + l);
-      for (int e = 0; e < 3; ++e) hn::StoreU(moved.L[e], d, chunk.L[3 * a + e] + l);
-      if constexpr (transfer == Transfer::apic)
-        for (int e = 0; e < 3; ++e) hn::StoreU(moved.affine[e], d, chunk.affine[3 * a + e] + l);
+      const V v = transfer == Transfer::flip ? hn::LoadU(d, p.v[a] + i) : hn::Zero(d);
+      store(d, move<transfer>(d, c, grid, at, a, s[a], v), a, i);
     }
   };
+  const auto move_one = [&](int first_node, std::size_t i) ANTICRACK_INLINE {
+    const OneLane d;
+    using V = hn::Vec<OneLane>;
+    V s[3], v[3];
+    for (int a = 0; a < 3; ++a) s[a] = hn::LoadU(d, p.s[a] + i);
+    for (int a = 0; a < 3; ++a) v[a] = hn::LoadU(d, p.v[a] + i);
+    Moved<V> moved[3];
+    move_alone<transfer>(c, &nodes[first_node], tile_edge * tile_edge, tile_edge, s, s, v, moved);
+    for (int a = 0; a < 3; ++a) store(d, moved[a], a, i);
+  };
   const auto visit_cell = [&](int first_node, std::size_t from, std::size_t to) ANTICRACK_INLINE {
-    CellPolynomial grid;
-    make_polynomial<channels<transfer>>(&nodes[first_node], tile_edge * tile_edge, tile_edge, grid);
     const ParticleVector wide;
     const hn::CappedTag<double, 4> narrow;
-    constexpr std::size_t few = hn::MaxLanes(narrow);
+    constexpr std::size_t many = hn::MaxLanes(wide), few = hn::MaxLanes(narrow);
     std::size_t i = from;
-    if constexpr (hn::MaxLanes(wide) > few)
-      for (; i + few < to; i += hn::MaxLanes(wide)) move(wide, grid, i, to);
-    for (; i < to; i += few) move(narrow, grid, i, to);
+    if (to - from >= few) {
+      CellPolynomial grid;
+      make_polynomial<channels<transfer>>(&nodes[first_node], tile_edge * tile_edge, tile_edge, grid);
+      if constexpr (many > few)
+        for (; i + many <= to; i += many) move_together(wide, grid, i);
+      for (; i + few <= to; i += few) move_together(narrow, grid, i);
+    }
+    for (; i < to; ++i) move_one(first_node, i);
   };
   for_each_cell(block, range.begin, range.end, visit_cell);
 }

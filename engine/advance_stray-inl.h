@@ -13,8 +13,6 @@ namespace anticrack {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using OneLane = hn::CappedTag<double, 1>;
-
 /// A stray's numbers: the arrays from its index on, one lane.
 template <bool with_affine>
 struct OneParticle {
@@ -49,18 +47,16 @@ void advance_one(const StepConstants& c, const ParticlePointers& p, std::uint32_
                  const Node nodes[27], const Index3& shift, BlockResult& result) {
   using V = hn::Vec<OneLane>;
   const OneLane d;
-  CellPolynomial grid;
-  make_polynomial<channels<transfer>>(nodes, 9, 3, grid);
   OneParticle<transfer == Transfer::apic> one(p, particle, shift);
-  const Place<V> at = place_of(d, one.place);
+  Moved<V> moved[3];
+  move_alone<transfer>(c, nodes, 9, 3, one.place, one.s, one.v, moved);
   V L[3][3];
   for (int a = 0; a < 3; ++a) {
-    const Moved<V> moved = interpolate<transfer>(d, c, grid, at, a, one.s[a], one.v[a]);
-    one.s[a] = moved.s;
-    one.v[a] = moved.v;
-    for (int e = 0; e < 3; ++e) L[a][e] = moved.L[e];
+    one.s[a] = moved[a].s;
+    one.v[a] = moved[a].v;
+    for (int e = 0; e < 3; ++e) L[a][e] = moved[a].L[e];
     if constexpr (transfer == Transfer::apic)
-      for (int e = 0; e < 3; ++e) one.affine[3 * a + e] = moved.affine[e];
+      for (int e = 0; e < 3; ++e) one.affine[3 * a + e] = moved[a].affine[e];
   }
   LaneSums<V> sums = zero_sums(d);
   hn::Mask<OneLane> inverted;

@@ -8,8 +8,6 @@
 
 #include <hwy/cache_control.h>
 
-#include <algorithm>
-
 #include "kernels.h"
 #include "transfer/grid_to_particles-inl.h"
 
@@ -20,37 +18,44 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 /// Adds the partial sums of a leaf (lines 2, 3), then v += dt f / m (line 5). Their order is fixed.
 inline LeafUpdate update_leaf(double dt, const LeafView& leaf, const LeafView& next) {
-  const NodeVector d;
-  constexpr int lanes = int(hn::MaxLanes(d)), numbers = block_cells * 8;
-  double* to = reinterpret_cast<double*>(leaf.nodes);
-  for (int n = 0; n < numbers; n += lanes) {
-    auto sum = hn::Load(d, reinterpret_cast<const double*>(leaf.partials[0]) + n);
-    for (std::size_t p = 1; p < leaf.partials.size(); ++p)
-      sum = sum + hn::Load(d, reinterpret_cast<const double*>(leaf.partials[p]) + n);
-    hn::Store(sum, d, to + n);
-  }
-  LeafUpdate result;
+  const HalfNodeVector d;
+  using V = hn::Vec<HalfNodeVector>;
+  constexpr int lanes = int(hn::MaxLanes(d)), parts = 4 / lanes;
+  V before[parts], after[parts],
+      fastest[parts];  // m v.v and v.v of a component a lane; the fourth is the mass
+  for (int p = 0; p < parts; ++p) before[p] = after[p] = fastest[p] = hn::Zero(d);
   for (int n = 0; n < block_cells; ++n) {
     for (const Node* partial : next.partials) hwy::Prefetch(partial + n);
     hwy::Prefetch(next.nodes + n);
     Node& node = leaf.nodes[n];
-    if (node.mass <= 0) continue;
-    const double inverse_mass = 1 / node.mass;
-    double old_squared = 0, new_squared = 0;
-    for (int a = 0; a < 3; ++a) {
-      const double v_old = node.velocity[a] * inverse_mass;
-      const double dv = dt * (node.increment[a] * inverse_mass);
-      const double v_new = v_old + dv;
-      old_squared += v_old * v_old;
-      new_squared += v_new * v_new;
-      node.velocity[a] = v_new;
-      node.increment[a] = dv;
+    double* const numbers = reinterpret_cast<double*>(&node);
+    const auto sum_partials = [&](int from) HWY_ATTR {
+      V sum = hn::Load(d, reinterpret_cast<const double*>(leaf.partials[0] + n) + from);
+      for (std::size_t p = 1; p < leaf.partials.size(); ++p)
+        sum = sum + hn::Load(d, reinterpret_cast<const double*>(leaf.partials[p] + n) + from);
+      return sum;
+    };
+    double mass = leaf.partials[0][n].mass;
+    for (std::size_t p = 1; p < leaf.partials.size(); ++p) mass += leaf.partials[p][n].mass;
+    const V m = hn::Set(d, mass), inverse_mass = hn::Set(d, mass > 0 ? 1 / mass : 0);
+    for (int p = 0; p < parts; ++p) {
+      const V v_old = sum_partials(p * lanes) * inverse_mass;
+      const V dv = hn::Set(d, dt) * (sum_partials(4 + p * lanes) * inverse_mass);
+      const V v_new = v_old + dv;
+      before[p] = hn::MulAdd(m * v_old, v_old, before[p]);
+      after[p] = hn::MulAdd(m * v_new, v_new, after[p]);
+      fastest[p] = hn::Max(fastest[p], v_new * v_new);
+      hn::Store(v_new, d, numbers + p * lanes);
+      hn::Store(dv, d, numbers + 4 + p * lanes);
     }
-    result.kinetic_before += 0.5 * node.mass * old_squared;
-    result.kinetic_after += 0.5 * node.mass * new_squared;
-    result.max_speed_squared = std::max(result.max_speed_squared, new_squared);
+    node.mass = mass;
   }
-  return result;
+  const auto of_components = [&](const V(&parts_of)[parts]) HWY_ATTR {
+    alignas(32) double x[4];
+    for (int p = 0; p < parts; ++p) hn::Store(parts_of[p], d, x + p * lanes);
+    return x[0] + x[1] + x[2];
+  };
+  return {0.5 * of_components(before), 0.5 * of_components(after), of_components(fastest)};
 }
 
 }  // namespace HWY_NAMESPACE

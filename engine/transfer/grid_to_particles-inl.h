@@ -1,5 +1,6 @@
-// Grid to particle: nodal values of a dual cell as a tri-quadratic polynomial, evaluated for the lanes of a
-// vector. Per-target include guard.
+// Grid to particle, in two ways that agree to rounding: the nodal values of a dual cell as a tri-quadratic
+// polynomial, evaluated for as many particles as a vector has lanes; or node by node for one particle, lanes
+// being numbers of a node, where there are too few for the polynomial to pay. Per-target include guard.
 #if defined(ANTICRACK_GRID_TO_PARTICLES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ANTICRACK_GRID_TO_PARTICLES_INL_H
 #undef ANTICRACK_GRID_TO_PARTICLES_INL_H
@@ -8,6 +9,8 @@
 #endif
 
 #include <hwy/highway.h>
+
+#include <type_traits>
 
 #include "kernels.h"
 #include "sparse_grid.h"
@@ -21,8 +24,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 #undef ANTICRACK_INLINE
 #define ANTICRACK_INLINE HWY_ATTR __attribute__((always_inline))
 
-/// Vectors across the eight numbers of a node.
+/// Vectors across the eight numbers of a node, and across half of them.
 using NodeVector = hn::CappedTag<double, 8>;
+using HalfNodeVector = hn::CappedTag<double, 4>;
 
 /// Coefficients of sum_i N_i(s) f_i = sum_abc coefficient[abc] u_a(sx) u_b(sy) u_c(sz), u = {1, s, s^2/2};
 /// eight channels, those of `Node`.
@@ -130,6 +134,58 @@ HWY_INLINE Sampled<V> sample(D d, const CellPolynomial& p, int channel, const Pl
   return f;
 }
 
+/// A particle's place along one axis of its cell: s, and the weights of the outer two of the three nodes.
+template <class V>
+struct PlaceOnAxis {
+  V s, lower, upper;
+};
+
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE PlaceOnAxis<V> place_on_axis(D d, double place) {
+  const V s = hn::Set(d, place), half = hn::Set(d, 0.5), rest = hn::Set(d, 1.0) - s;
+  return {s, half * rest * rest, half * s * s};
+}
+
+template <class V>
+struct OnAxis {
+  V value, slope, curvature;  ///< f, df/ds, d^2f/ds^2
+};
+
+/// Quadratic B-splines on one axis, by differences of the three nodal values.
+template <class V>
+HWY_INLINE OnAxis<V> interpolate(const PlaceOnAxis<V>& at, V f0, V f1, V f2) {
+  const V back = f0 - f1, forth = f2 - f1, curvature = back + forth;
+  return {hn::MulAdd(at.upper, forth, hn::MulAdd(at.lower, back, f1)), hn::MulSub(at.s, curvature, back),
+          curvature};
+}
+
+/// Some of the numbers of the 27 nodes of a cell at a place: along z, then y, then x. `numbers` are those of
+/// the lowest node; strides in nodes, z contiguous. What the caller does not use is not computed.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE Sampled<V> interpolate(D d, const double* numbers, int stride_x, int stride_y,
+                                  const PlaceOnAxis<V> (&at)[3]) {
+  V f[3], f_y[3], f_z[3], f_yy[3], f_zz[3];
+  for (int i = 0; i < 3; ++i) {
+    OnAxis<V> g[3];
+    for (int j = 0; j < 3; ++j) {
+      const double* line = numbers + 8 * (i * stride_x + j * stride_y);
+      g[j] = interpolate(at[2], hn::Load(d, line), hn::Load(d, line + 8), hn::Load(d, line + 16));
+    }
+    const OnAxis<V> along_y = interpolate(at[1], g[0].value, g[1].value, g[2].value);
+    f[i] = along_y.value;
+    f_y[i] = along_y.slope;
+    f_yy[i] = along_y.curvature;
+    f_z[i] = interpolate(at[1], g[0].slope, g[1].slope, g[2].slope).value;
+    f_zz[i] = interpolate(at[1], g[0].curvature, g[1].curvature, g[2].curvature).value;
+  }
+  const OnAxis<V> along_x = interpolate(at[0], f[0], f[1], f[2]);
+  return {along_x.value,
+          {along_x.slope, interpolate(at[0], f_y[0], f_y[1], f_y[2]).value,
+           interpolate(at[0], f_z[0], f_z[1], f_z[2]).value},
+          {along_x.curvature, interpolate(at[0], f_yy[0], f_yy[1], f_yy[2]).value,
+           interpolate(at[0], f_zz[0], f_zz[1], f_zz[2]).value}};
+}
+
 /// A component of velocity and place after the step, and of the gradient that strains the particle.
 template <class V>
 struct Moved {
@@ -142,33 +198,70 @@ struct Moved {
 template <Transfer transfer>
 constexpr int channels = transfer == Transfer::flip ? 8 : 4;
 
-/// Lines 12 and 13 of Algorithm 1, and dt grad v for line 7, of one component; `at` is relative to the cell
-/// of `grid`, `s` to the particle's own.
+/// Lines 12 and 13 of Algorithm 1, and dt grad v for line 7, of one component: `pic` and `dv` are read from
+/// the grid at `place` in the cell that they come from, `s` is relative to the particle's own.
 ///
 /// APIC (Jiang et al. 2015, quadratic splines): C = 4 / dx^2 sum_i N_i v_i (x_i - x)^T. On one axis, with k =
 /// 0, 1, 2 the node, the moment of a weight is N_k (k - 1/2 - s) = N_k'/4 + N_k'' (2 s - 1) s (1 - s)/4, so
 /// that C is the gradient and a share of the second derivative.
 template <Transfer transfer, class D, class V = hn::Vec<D>>
-HWY_INLINE Moved<V> interpolate(D d, const StepConstants& c, const CellPolynomial& grid, const Place<V>& at,
-                                int component, V s, V v) {
+HWY_INLINE Moved<V> move(D d, const StepConstants& c, const Sampled<V>& pic, V dv, const V (&place)[3], V s,
+                         V v) {
   const V dt_over_dx = hn::Set(d, c.dt / c.cell_size), one = hn::Set(d, 1.0);
-  constexpr bool affine = transfer == Transfer::apic;
-  const Sampled<V> pic =
-      sample < affine ? Derivatives::second : Derivatives::first > (d, grid, component, at);
   Moved<V> moved;
   moved.s = hn::MulAdd(dt_over_dx, pic.value, s);  // line 13
   moved.v = pic.value;                             // line 12
-  if constexpr (transfer == Transfer::flip) {
-    const Sampled<V> dv = sample<Derivatives::none>(d, grid, component + 4, at);
-    moved.v = hn::MulAdd(hn::Set(d, c.flip), v + dv.value - pic.value, pic.value);
-  }
+  if constexpr (transfer == Transfer::flip)
+    moved.v = hn::MulAdd(hn::Set(d, c.flip), v + dv - pic.value, pic.value);
   for (int e = 0; e < 3; ++e) moved.L[e] = dt_over_dx * pic.gradient[e];
-  if constexpr (affine)
+  if constexpr (transfer == Transfer::apic)
     for (int e = 0; e < 3; ++e) {
-      const V x = at.s[e], share = (x + x - one) * (x * (one - x));
+      const V x = place[e], share = (x + x - one) * (x * (one - x));
       moved.affine[e] = hn::MulAdd(share, pic.curvature[e], pic.gradient[e]);
     }
   return moved;
+}
+
+/// The same from a cell's polynomial.
+template <Transfer transfer, class D, class V = hn::Vec<D>>
+HWY_INLINE Moved<V> move(D d, const StepConstants& c, const CellPolynomial& grid, const Place<V>& at,
+                         int component, V s, V v) {
+  constexpr bool affine = transfer == Transfer::apic;
+  const Sampled<V> pic =
+      sample < affine ? Derivatives::second : Derivatives::first > (d, grid, component, at);
+  V dv = hn::Zero(d);
+  if constexpr (transfer == Transfer::flip) dv = sample<Derivatives::none>(d, grid, component + 4, at).value;
+  return move<transfer>(d, c, pic, dv, at.s, s, v);
+}
+
+using OneLane = hn::CappedTag<double, 1>;
+
+/// The same, all components, of one particle at `place` in the cell whose lowest node is `nodes`.
+template <Transfer transfer, class V = hn::Vec<OneLane>>
+HWY_INLINE void move_alone(const StepConstants& c, const Node* nodes, int stride_x, int stride_y,
+                           const V (&place)[3], const V (&s)[3], const V (&v)[3], Moved<V> (&moved)[3]) {
+  const HalfNodeVector across;
+  PlaceOnAxis<hn::Vec<HalfNodeVector>> at[3];
+  for (int a = 0; a < 3; ++a) at[a] = place_on_axis(across, hn::GetLane(place[a]));
+  alignas(32) double value[4], increment[4] = {}, gradient[3][4], curvature[3][4] = {};
+  const double* numbers = reinterpret_cast<const double*>(nodes);
+  for (int n = 0; n < 4; n += int(hn::MaxLanes(across))) {
+    const auto pic = interpolate(across, numbers + n, stride_x, stride_y, at);
+    hn::Store(pic.value, across, value + n);
+    for (int e = 0; e < 3; ++e) hn::Store(pic.gradient[e], across, gradient[e] + n);
+    if constexpr (transfer == Transfer::apic)
+      for (int e = 0; e < 3; ++e) hn::Store(pic.curvature[e], across, curvature[e] + n);
+    if constexpr (transfer == Transfer::flip)
+      hn::Store(interpolate(across, numbers + 4 + n, stride_x, stride_y, at).value, across, increment + n);
+  }
+  const OneLane d;
+  for (int a = 0; a < 3; ++a) {
+    const Sampled<V> pic{
+        hn::Set(d, value[a]),
+        {hn::Set(d, gradient[0][a]), hn::Set(d, gradient[1][a]), hn::Set(d, gradient[2][a])},
+        {hn::Set(d, curvature[0][a]), hn::Set(d, curvature[1][a]), hn::Set(d, curvature[2][a])}};
+    moved[a] = move<transfer>(d, c, pic, hn::Set(d, increment[a]), place, s[a], v[a]);
+  }
 }
 
 }  // namespace HWY_NAMESPACE
