@@ -251,6 +251,7 @@ HWY_INLINE void move_alone(const StepConstants& c, const Node* nodes, int stride
     for (int e = 0; e < 3; ++e) hn::Store(pic.gradient[e], across, gradient[e] + n);
     if constexpr (transfer == Transfer::apic)
       for (int e = 0; e < 3; ++e) hn::Store(pic.curvature[e], across, curvature[e] + n);
+    asm volatile("" ::: "memory");  // else GCC does both at once and runs out of registers
     if constexpr (transfer == Transfer::flip)
       hn::Store(interpolate(across, numbers + 4 + n, stride_x, stride_y, at).value, across, increment + n);
   }
