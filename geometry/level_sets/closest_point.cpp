@@ -111,99 +111,136 @@ bool need_finer(std::span<const FieldJet> jets, const std::array<Vec3, 2>& gradi
   return jets.size() == 2 && !cross(gradients, 0.5);
 }
 
+constexpr double most_settled = 0.15;    // the largest last step of any search
+constexpr double finely_settled = 0.01;  // that on the septic interpolants
+
+// Newton's method, one step after the other, and what the last one knew.
+class Search {
+ public:
+  Search(std::span<const Sheet> sheets, const Vec3& x, const Vec3& start)
+      : sheets_(sheets), x_(x), y_(start), lower_(Vec3::Constant(-0.5)) {
+    const Index3& points = sheets[0].field->points;
+    upper_ = Vec3(points[0], points[1], points[2]) - Vec3::Constant(0.5);
+  }
+
+  enum class End { settled, unsettled, nowhere };  // nowhere: a step could not be computed
+  // On the cubic interpolants until a step is at most `settled`.
+  End settle(double settled);
+  // On the septic interpolants from here, whose surface lies elsewhere by less than half a voxel.
+  std::optional<Vec3> refine();
+  // The last correction, on the quintic interpolants.
+  std::optional<Vec3> polished() const;
+
+  double last_step() const { return step_.norm(); }
+  bool needs_finer() const { return need_finer({jets_.data(), sheets_.size()}, gradients_); }
+
+ private:
+  bool advance(bool finely, bool damped);
+  bool release();
+  Vec3 in_box(const Vec3& y) const { return y.cwiseMax(lower_).cwiseMin(upper_); }
+
+  std::span<const Sheet> sheets_;
+  Vec3 x_, y_, lower_, upper_;
+  Held held_{};
+  std::array<FieldJet, 2> jets_;
+  std::array<Vec3, 2> gradients_;  // within the free axes
+  Vec3 step_ = Vec3::Zero();
+  bool stopped_ = false;  // at a face
+};
+
+// False if no step can be computed. `damped`: half a step where it leads back, to and fro across the minimum.
+bool Search::advance(bool finely, bool damped) {
+  constexpr double least_sine = 0.01;  // of an angle from which the step to a crease can be computed
+  for (std::size_t n = 0; n < sheets_.size(); ++n) {
+    jets_[n] = jet_of(sheets_[n], y_, finely);
+    gradients_[n] = without(jets_[n].gradient, held_);
+    if (!(gradients_[n].squaredNorm() > 1e-12)) return false;
+  }
+  if (sheets_.size() == 2 && !cross(gradients_, least_sine)) return false;
+  Vec3 step = sheets_.size() == 1 ? step_on_sheet(jets_[0], gradients_[0], x_ - y_, held_)
+                                  : step_on_crease(jets_, gradients_, x_ - y_, held_);
+  const double length = step.norm();
+  if (length > 1.0) step /= length;
+  if (damped && step.dot(step_) < 0) step *= 0.5;
+  step_ = step;
+  y_ += step;
+  stopped_ = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (y_[axis] < lower_[axis] || y_[axis] > upper_[axis]) {
+      held_[axis] = y_[axis] < lower_[axis] ? -1 : 1;
+      y_[axis] = std::clamp(y_[axis], lower_[axis], upper_[axis]);
+      stopped_ = true;
+    }
+  }
+  return true;
+}
+
+// Lets go of the faces that do not bind: a face binds while the way to the minimum leads out through it.
+bool Search::release() {
+  const Vec3 pull = along_sheets(x_ - y_, jets_, gradients_, sheets_.size());
+  bool released = false;
+  for (int axis = 0; axis < 3; ++axis)
+    if (held_[axis] * pull[axis] < 0) held_[axis] = 0, released = true;
+  return released;
+}
+
+Search::End Search::settle(double settled) {
+  constexpr int most_iterations = 12;
+  bool released = false;  // once
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    if (!advance(false, false)) return End::nowhere;
+    // Near a centre of curvature steps shrink slowly: then a longer one has to do.
+    const double enough = iteration < most_iterations / 2 ? settled : most_settled;
+    if (stopped_ || step_.squaredNorm() > enough * enough) continue;
+    if (released || !(released = release())) return End::settled;
+  }
+  return End::unsettled;
+}
+
+std::optional<Vec3> Search::refine() {
+  constexpr int most_iterations = 8;
+  const Vec3 roughly = y_;
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    if (!advance(true, iteration >= most_iterations / 2) || !((y_ - roughly).norm() < 0.5)) return {};
+    if (last_step() < finely_settled) return y_;
+  }
+  const Vec3 corrected = polish(sheets_, y_, gradients_);
+  if (!(last_step() < most_settled && (corrected - y_).norm() < finely_settled)) return {};
+  return in_box(corrected);
+}
+
+std::optional<Vec3> Search::polished() const {
+  if (sheets_.size() == 1) return in_box(polish(sheets_, y_, gradients_));
+  // The interpolants' creases lie farther apart: twice, and not where a correction may lead anywhere.
+  Vec3 y = y_;
+  for (const double most : {most_settled, finely_settled}) {
+    const Vec3 corrected = polish(sheets_, y, gradients_);
+    if (!((corrected - y).norm() < most)) return {};
+    y = in_box(corrected);
+  }
+  return y;
+}
+
 }  // namespace
 
 std::optional<Vec3> find_closest_point(std::span<const Sheet> sheets, const Vec3& x, const Vec3& start,
                                        Accuracy accuracy) {
-  const Index3& points = sheets[0].field->points;
-  const Vec3 lower = Vec3::Constant(-0.5);
-  const Vec3 upper = Vec3(points[0], points[1], points[2]) - Vec3::Constant(0.5);
-  constexpr int most_iterations = 12, most_fine_iterations = 8;
   // The tangential error is about the square of the last step, and the error of the distance the square of
-  // that. Along a crease the sheets' errors add up, the more the less they are inclined. Near a centre of
-  // curvature steps shrink slowly: then the longer one has to do.
-  constexpr double most_settled = 0.15;
-  constexpr double least_sine = 0.01;  // of an angle from which the step to a crease can be computed
+  // that. Along a crease the sheets' errors add up, the more the less they are inclined.
   const double crease_factor = sheets.size() == 1 ? 1.0 : 0.2;
   const double settled = crease_factor * (accuracy == Accuracy::fine ? 0.03 : most_settled);
-
-  Vec3 y = start;
-  Held held{};
-  bool released = false;
-  // On the septic interpolants, whose surface lies elsewhere by less than `most_moved`.
-  bool finely = false;
-  constexpr double finely_settled = 0.01, most_moved = 0.5;
-  const bool may_refine = accuracy == Accuracy::fine && *std::ranges::min_element(points) > 1;
-  Vec3 roughly = y, step_before = Vec3::Zero();
-  int last = most_iterations;
-  for (int iteration = 0; iteration < last; ++iteration) {
-    std::array<FieldJet, 2> jets;
-    std::array<Vec3, 2> gradients;  // within the free axes
-    for (std::size_t n = 0; n < sheets.size(); ++n) {
-      jets[n] = jet_of(sheets[n], y, finely);
-      gradients[n] = without(jets[n].gradient, held);
-      if (!(gradients[n].squaredNorm() > 1e-12)) return std::nullopt;
-    }
-    if (sheets.size() == 2 && !cross(gradients, least_sine)) return std::nullopt;
-    Vec3 step = sheets.size() == 1 ? step_on_sheet(jets[0], gradients[0], x - y, held)
-                                   : step_on_crease(jets, gradients, x - y, held);
-    const double length = step.norm();
-    if (length > 1.0) step /= length;
-    // To and fro across the minimum.
-    if (finely && iteration + most_fine_iterations / 2 >= last && step.dot(step_before) < 0) step *= 0.5;
-    step_before = step;
-
-    // Stop at the faces.
-    bool stopped = false;
-    Vec3 next = y + step;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (next[axis] < lower[axis] || next[axis] > upper[axis]) {
-        held[axis] = next[axis] < lower[axis] ? -1 : 1;
-        next[axis] = std::clamp(next[axis], lower[axis], upper[axis]);
-        stopped = true;
-      }
-    }
-    y = next;
-    if (finely) {
-      if (!((y - roughly).norm() < most_moved)) return std::nullopt;
-      if (step.norm() < finely_settled) return y;
-      if (iteration + 1 == last) {
-        const Vec3 corrected = polish(sheets, y, gradients);
-        if (!(step.norm() < most_settled && (corrected - y).norm() < finely_settled)) return std::nullopt;
-        return corrected.cwiseMax(lower).cwiseMin(upper);
-      }
-      continue;
-    }
-    const double enough = iteration < most_iterations / 2 ? settled : most_settled;
-    if (stopped || step.squaredNorm() > enough * enough) {
-      if (iteration + 1 == last && may_refine && sheets.size() == 1) {
-        finely = true, roughly = y;
-        last += most_fine_iterations;
-      }
-      continue;
-    }
-
-    // A face binds only while the way to the minimum leads out through it.
-    if (!released) {
-      const Vec3 pull = along_sheets(x - y, jets, gradients, sheets.size());
-      for (int axis = 0; axis < 3; ++axis) {
-        if (held[axis] * pull[axis] < 0) held[axis] = 0, released = true;
-      }
-      if (released) continue;
-    }
-    if (may_refine && (step.norm() > settled || need_finer({jets.data(), sheets.size()}, gradients))) {
-      finely = true, roughly = y;
-      last = iteration + 1 + most_fine_iterations;
-      continue;
-    }
-    if (sheets.size() == 1) return polish(sheets, y, gradients).cwiseMax(lower).cwiseMin(upper);
-    // The interpolants' creases lie farther apart: twice, and not where a correction may lead anywhere.
-    for (const double most : {most_settled, finely_settled}) {
-      const Vec3 corrected = polish(sheets, y, gradients);
-      if (!((corrected - y).norm() < most)) return std::nullopt;
-      y = corrected.cwiseMax(lower).cwiseMin(upper);
-    }
-    return y;
+  const bool may_refine =
+      accuracy == Accuracy::fine && *std::ranges::min_element(sheets[0].field->points) > 1;
+  Search search(sheets, x, start);
+  switch (search.settle(settled)) {
+    case Search::End::settled:
+      if (may_refine && (search.last_step() > settled || search.needs_finer())) return search.refine();
+      return search.polished();
+    case Search::End::unsettled:
+      if (may_refine && sheets.size() == 1) return search.refine();
+      return std::nullopt;
+    case Search::End::nowhere:
+      return std::nullopt;
   }
   return std::nullopt;
 }
