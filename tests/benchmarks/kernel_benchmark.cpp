@@ -66,7 +66,12 @@ void advance_block(benchmark::State& state, PassKind kind, double cohesion, doub
 constexpr double never_yields = 1e12;
 constexpr PassKind plastic{Model::drucker_prager_implicit, Transfer::flip};
 
-BENCHMARK_CAPTURE(advance_block, elastic_state, plastic, never_yields, 1e-5)->Arg(8)->Arg(4)->Arg(2)->Arg(0);
+BENCHMARK_CAPTURE(advance_block, elastic_state, plastic, never_yields, 1e-5)
+    ->Arg(8)
+    ->Arg(4)
+    ->Arg(2)
+    ->Arg(1)
+    ->Arg(0);
 BENCHMARK_CAPTURE(advance_block, every_particle_yields, plastic, 0.0, 1e-5)->Arg(8);
 BENCHMARK_CAPTURE(advance_block, strain_beyond_the_series, plastic, never_yields, 0.5)->Arg(8);
 BENCHMARK_CAPTURE(advance_block, no_plasticity, PassKind({Model::hencky, Transfer::flip}), never_yields, 1e-5)
