@@ -90,7 +90,7 @@ struct ParticlePointers {
 /// Results of the grid update of one leaf, or of all.
 struct LeafUpdate {
   double kinetic_before = 0, kinetic_after = 0;  ///< of the nodes [J]
-  double max_speed_squared = 0;                  ///< after [m^2/s^2]
+  double max_speed_squared = 0;  ///< after: sum of the largest squares of the components, a bound [m^2/s^2]
 };
 
 /// A leaf as the kernels see it.

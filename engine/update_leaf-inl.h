@@ -21,8 +21,9 @@ inline LeafUpdate update_leaf(double dt, const LeafView& leaf, const LeafView& n
   const HalfNodeVector d;
   using V = hn::Vec<HalfNodeVector>;
   constexpr int lanes = int(hn::MaxLanes(d)), parts = 4 / lanes;
-  V before[parts], after[parts],
-      fastest[parts];  // m v.v and v.v of a component a lane; the fourth is the mass
+  // m v^2 before and after, and the largest v^2: a component a lane; the fourth, the mass's, is left out
+  // below.
+  V before[parts], after[parts], fastest[parts];
   for (int p = 0; p < parts; ++p) before[p] = after[p] = fastest[p] = hn::Zero(d);
   for (int n = 0; n < block_cells; ++n) {
     for (const Node* partial : next.partials) hwy::Prefetch(partial + n);
