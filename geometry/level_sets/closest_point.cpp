@@ -103,14 +103,6 @@ Vec3 polish(std::span<const Sheet> sheets, const Vec3& y, const std::array<Vec3,
   return y + way[0] * gradients[0] + way[1] * gradients[1];
 }
 
-// Whether the cubic interpolants know the place of the surface, and its curvature, too badly for a quintic
-// correction: at a radius of curvature of about a voxel, and at creases of sheets that all but touch.
-bool need_finer(std::span<const FieldJet> jets, const std::array<Vec3, 2>& gradients) {
-  for (const FieldJet& jet : jets)
-    if (jet.hessian.squaredNorm() > jet.gradient.squaredNorm()) return true;
-  return jets.size() == 2 && !cross(gradients, 0.5);
-}
-
 constexpr double most_settled = 0.15;    // the largest last step of any search
 constexpr double finely_settled = 0.01;  // that on the septic interpolants
 
@@ -132,7 +124,7 @@ class Search {
   std::optional<Vec3> polished() const;
 
   double last_step() const { return step_.norm(); }
-  bool needs_finer() const { return need_finer({jets_.data(), sheets_.size()}, gradients_); }
+  bool needs_finer() const;
 
  private:
   bool advance(bool finely, bool damped);
@@ -195,6 +187,14 @@ Search::End Search::settle(double settled) {
     if (released || !(released = release())) return End::settled;
   }
   return End::unsettled;
+}
+
+// Whether the cubic interpolants know the place of the surface, and its curvature, too badly for a quintic
+// correction: at a radius of curvature of about a voxel, and at creases of sheets that all but touch.
+bool Search::needs_finer() const {
+  for (std::size_t n = 0; n < sheets_.size(); ++n)
+    if (jets_[n].hessian.squaredNorm() > jets_[n].gradient.squaredNorm()) return true;
+  return sheets_.size() == 2 && !cross(gradients_, 0.5);
 }
 
 std::optional<Vec3> Search::refine() {
