@@ -250,13 +250,14 @@ HWY_INLINE void grid_to_particles(const StepConstants& c, const ParticlePointers
     if constexpr (transfer == Transfer::apic)
       for (int e = 0; e < 3; ++e) hn::StoreU(moved.affine[e], d, chunk.affine[3 * a + e] + l);
   };
-  // As many particles as a vector has lanes.
-  const auto move_together = [&](auto d, const CellPolynomial& grid, std::size_t i) ANTICRACK_INLINE {
-    using V = hn::Vec<decltype(d)>;
-    const V s[3] = {hn::LoadU(d, p.s[0] + i), hn::LoadU(d, p.s[1] + i), hn::LoadU(d, p.s[2] + i)};
+  const auto move_together = [&](const auto& lanes, const CellPolynomial& grid,
+                                 std::size_t i) ANTICRACK_INLINE {
+    const auto d = lanes.d;
+    using V = hn::Vec<decltype(lanes.d)>;
+    const V s[3] = {lanes.load(p.s[0] + i), lanes.load(p.s[1] + i), lanes.load(p.s[2] + i)};
     const Place<V> at = place_of(d, s);
     for (int a = 0; a < 3; ++a) {
-      const V v = transfer == Transfer::flip ? hn::LoadU(d, p.v[a] + i) : hn::Zero(d);
+      const V v = transfer == Transfer::flip ? lanes.load(p.v[a] + i) : hn::Zero(d);
       store(d, move<transfer>(d, c, grid, at, a, s[a], v), a, i);
     }
   };
@@ -279,8 +280,12 @@ HWY_INLINE void grid_to_particles(const StepConstants& c, const ParticlePointers
       CellPolynomial grid;
       make_polynomial<channels<transfer>>(&nodes[first_node], tile_edge * tile_edge, tile_edge, grid);
       if constexpr (many > few)
-        for (; i + many <= to; i += many) move_together(wide, grid, i);
-      for (; i + few <= to; i += few) move_together(narrow, grid, i);
+        for (; i + many <= to; i += many) move_together(AllLanes<ParticleVector>{wide}, grid, i);
+      if (many > few && c.full_width && i + few <= to) {
+        move_together(SomeLanes<ParticleVector>{wide, hn::FirstN(wide, to - i), false}, grid, i);
+        i = to;
+      }
+      for (; i + few <= to; i += few) move_together(AllLanes<decltype(narrow)>{narrow}, grid, i);
     }
     for (; i < to; ++i) move_one(first_node, i);
   };
@@ -383,15 +388,15 @@ HWY_INLINE void prefetch_particle(const ParticlePointers& p, std::size_t i) {
 /// Lines 2 to 4 of the next step, cell by cell. Particles to come are asked for on the way, few at a time: a
 /// chunk's at once would have to wait for each other.
 template <Model model, bool with_affine>
-HWY_INLINE void particles_to_grid(const ParticlePointers& p, const BlockView& block, const ChunkRange& range,
-                                  const Chunk<with_affine>& chunk, Tile& tile) {
+HWY_INLINE void particles_to_grid(const StepConstants& c, const ParticlePointers& p, const BlockView& block,
+                                  const ChunkRange& range, const Chunk<with_affine>& chunk, Tile& tile) {
   constexpr std::size_t ahead = 64;  // particles; 32 to 160 are alike
   asm volatile("" ::: "memory");     // see make_polynomial
   for_each_cell(block, range.begin, range.end,
                 [&](int first_node, std::size_t from, std::size_t to) ANTICRACK_INLINE {
                   prefetch_particle<model, with_affine>(p, to + ahead);
-                  add_to_cell(chunk.contributions, int(from - range.begin), int(to - range.begin),
-                              &tile[first_node], tile_edge * tile_edge, tile_edge);
+                  add_to_cell(c.full_width, chunk.contributions, int(from - range.begin),
+                              int(to - range.begin), &tile[first_node], tile_edge * tile_edge, tile_edge);
                 });
 }
 
@@ -416,7 +421,7 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
     if constexpr (advancing) grid_to_particles<transfer>(c, p, block, nodes, range, chunk);
     strain_particles<advancing>(p, range, chunk, result);
     return_particles<model, advancing>(c, p, range, observe, chunk, sums, result);
-    particles_to_grid<model>(p, block, range, chunk, tile);
+    particles_to_grid<model>(c, p, block, range, chunk, tile);
   }
   add_tile(tile, block);
   reduce(d, sums, observe, result.sums);

@@ -84,7 +84,7 @@ void scatter_one(const StepConstants& c, const ParticlePointers& p, std::uint32_
   Contributions<1, with_affine> contributions;
   contribute<true>(d, c, one.place, one.v, one.affine, one.kappa, hn::FirstN(d, 1), hencky_strain(d, one.h),
                    0, contributions, observe, sums);
-  add_to_cell(contributions, 0, 1, nodes, 9, 3);
+  add_to_cell(c.full_width, contributions, 0, 1, nodes, 9, 3);
   reduce(d, sums, observe, out);
 }
 

@@ -115,6 +115,7 @@ void return_mapping(Model model, const MaterialConstants& m, std::span<std::arra
 
 Kernels make_kernels() {
   return {hwy::TargetName(HWY_TARGET),
+          hn::MaxLanes(NodeVector()) == 8,
           advance_block,
           scatter_block,
           advance_stray,
@@ -134,8 +135,48 @@ namespace anticrack {
 
 HWY_EXPORT(make_kernels);
 
+/// Whether AVX-512 is computed in halves of 256 bits: Zen 4.
+static bool computes_in_halves() {
+#if HWY_ARCH_X86
+  return __builtin_cpu_is("amdfam19h");
+#else
+  return false;
+#endif
+}
+
+struct InstructionSet {
+  std::string name;
+  std::int64_t target;
+  bool in_halves;
+};
+
+/// Those that this CPU has, best first. AVX-512 counts as two: as it is, and for a CPU that computes it in
+/// halves.
+static std::vector<InstructionSet> instruction_sets() {
+  std::vector<InstructionSet> sets;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    const std::string name = hwy::TargetName(target);
+    if (target != HWY_AVX3) {
+      sets.push_back({name, target, false});
+      continue;
+    }
+    const InstructionSet full{name, target, false}, halves{name + "_HALVES", target, true};
+    sets.push_back(computes_in_halves() ? halves : full);
+    sets.push_back(computes_in_halves() ? full : halves);
+  }
+  return sets;
+}
+
+/// The kernels of `set`, whose target is Highway's choice.
+static Kernels kernels_of(const InstructionSet& set) {
+  Kernels made = HWY_DYNAMIC_DISPATCH(make_kernels)();
+  made.simd = set.name;
+  made.full_width &= !set.in_halves;
+  return made;
+}
+
 static Kernels& chosen_kernels() {
-  static Kernels chosen = HWY_DYNAMIC_DISPATCH(make_kernels)();
+  static Kernels chosen = kernels_of(instruction_sets().front());
   return chosen;
 }
 
@@ -145,26 +186,22 @@ const Kernels& kernels() {
 
 std::vector<std::string> available_simd() {
   std::vector<std::string> names;
-  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets())
-    names.push_back(hwy::TargetName(target));
+  for (const InstructionSet& set : instruction_sets()) names.push_back(set.name);
   return names;
 }
 
 void use_simd(const std::string& name) {
   hwy::SetSupportedTargetsForTest(0);  // all that the CPU has
-  if (!name.empty()) {
-    const auto targets = hwy::SupportedAndGeneratedTargets();
-    const auto found = std::find_if(targets.begin(), targets.end(),
-                                    [&](std::int64_t t) { return hwy::TargetName(t) == name; });
-    if (found == targets.end()) {
-      std::string known;
-      for (const std::string& other : available_simd()) known += (known.empty() ? "" : ", ") + other;
-      throw InputError("instruction set " + name + "; expected one of " + known);
-    }
-    hwy::SetSupportedTargetsForTest(*found);
+  const auto sets = instruction_sets();
+  const auto found = name.empty() ? sets.begin() : std::ranges::find(sets, name, &InstructionSet::name);
+  if (found == sets.end()) {
+    std::string known;
+    for (const std::string& other : available_simd()) known += (known.empty() ? "" : ", ") + other;
+    throw InputError("instruction set " + name + "; expected one of " + known);
   }
+  if (!name.empty()) hwy::SetSupportedTargetsForTest(found->target);
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-  chosen_kernels() = HWY_DYNAMIC_DISPATCH(make_kernels)();
+  chosen_kernels() = kernels_of(*found);
 }
 
 Model model_of(const Material& material, ReturnMapping mapping) {

@@ -47,6 +47,7 @@ struct StepConstants {
   double mass;       ///< of a particle [kg]
   double volume;     ///< of a particle at the start, V0 [m^3]
   MaterialConstants material;
+  bool full_width;  ///< that of `Kernels`
 };
 
 /// Sums over particles; those of a block are formed in a fixed order, so they do not depend on threads.
@@ -110,7 +111,8 @@ struct BlockView {
 /// The kernels of the best instruction set of this CPU. Bits may differ between instruction sets, nothing
 /// else does.
 struct Kernels {
-  const char* simd;  ///< name of the instruction set
+  std::string simd;  ///< name of the instruction set
+  bool full_width;   ///< eight lanes are as fast as four, so that more of them may go unused
 
   /// Algorithm 1, lines 7-13, then lines 2-4 of the next step, for the particles at home in the block.
   void (*advance_block)(PassKind, const StepConstants&, const ParticlePointers&, const BlockView&,

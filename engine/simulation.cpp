@@ -147,8 +147,13 @@ double Simulation::flip_of_step(double dt) const {
 }
 
 StepConstants Simulation::constants(double dt) const {
-  return {dt,    setup_.cell_size,       flip_of_step(dt),
-          mass_, setup_.particle_volume, MaterialConstants(setup_.material)};
+  return {dt,
+          setup_.cell_size,
+          flip_of_step(dt),
+          mass_,
+          setup_.particle_volume,
+          MaterialConstants(setup_.material),
+          kernels().full_width};
 }
 
 LeafUpdate Simulation::update_grid_velocity(double dt) {
@@ -186,11 +191,22 @@ BlockResult Simulation::pass_over_block(const StepConstants& c, BlockKernel kern
   return result;
 }
 
+/// Asks for the sums to come meanwhile: a store waits for the line that it writes to.
+static void clear(std::span<Node* const> partials) {
+  for (std::size_t i = 0; i < partials.size(); ++i) {
+    const Node* const ahead = partials[std::min(i + 2, partials.size() - 1)];
+    for (int n = 0; n < block_cells; ++n) {
+      __builtin_prefetch(ahead + n, 1);
+      partials[i][n] = Node{};
+    }
+  }
+}
+
 void Simulation::pass_over_blocks(const StepConstants& c, BlockKernel kernel, bool observe) {
   results_.resize(cells_.size());
   tbb::parallel_for(std::size_t(0), grid_.groups().size(), [&](std::size_t g) {
     const SparseGrid::Group& group = grid_.groups()[g];
-    for (Node* sums : group.partials) std::memset(static_cast<void*>(sums), 0, block_cells * sizeof(Node));
+    clear(group.partials);
     for (std::uint32_t b = group.first_block; b < group.last_block; ++b)
       results_[b] = pass_over_block(c, kernel, b, observe);
   });

@@ -240,20 +240,30 @@ using OneLane = hn::CappedTag<double, 1>;
 template <Transfer transfer, class V = hn::Vec<OneLane>>
 HWY_INLINE void move_alone(const StepConstants& c, const Node* nodes, int stride_x, int stride_y,
                            const V (&place)[3], const V (&s)[3], const V (&v)[3], Moved<V> (&moved)[3]) {
-  const HalfNodeVector across;
-  PlaceOnAxis<hn::Vec<HalfNodeVector>> at[3];
-  for (int a = 0; a < 3; ++a) at[a] = place_on_axis(across, hn::GetLane(place[a]));
-  alignas(32) double value[4], increment[4] = {}, gradient[3][4], curvature[3][4] = {};
+  alignas(64) double value[8] = {}, gradient[3][8], curvature[3][8] = {};  // of the numbers of a node
   const double* numbers = reinterpret_cast<const double*>(nodes);
-  for (int n = 0; n < 4; n += int(hn::MaxLanes(across))) {
-    const auto pic = interpolate(across, numbers + n, stride_x, stride_y, at);
+  const auto interpolate_at = [&](auto across, int n) ANTICRACK_INLINE {
+    PlaceOnAxis<hn::Vec<decltype(across)>> at[3];
+    for (int a = 0; a < 3; ++a) at[a] = place_on_axis(across, hn::GetLane(place[a]));
+    return interpolate(across, numbers + n, stride_x, stride_y, at);
+  };
+  const auto interpolate_velocity = [&](auto across, int n) ANTICRACK_INLINE {
+    const auto pic = interpolate_at(across, n);
     hn::Store(pic.value, across, value + n);
     for (int e = 0; e < 3; ++e) hn::Store(pic.gradient[e], across, gradient[e] + n);
     if constexpr (transfer == Transfer::apic)
       for (int e = 0; e < 3; ++e) hn::Store(pic.curvature[e], across, curvature[e] + n);
-    asm volatile("" ::: "memory");  // else GCC does both at once and runs out of registers
-    if constexpr (transfer == Transfer::flip)
-      hn::Store(interpolate(across, numbers + 4 + n, stride_x, stride_y, at).value, across, increment + n);
+  };
+  const HalfNodeVector across;
+  if (hn::MaxLanes(NodeVector()) == 8 && transfer == Transfer::flip && c.full_width) {
+    interpolate_velocity(NodeVector(), 0);  // the increments come along
+  } else {
+    for (int n = 0; n < 4; n += int(hn::MaxLanes(across))) {
+      interpolate_velocity(across, n);
+      asm volatile("" ::: "memory");  // else GCC does both at once and runs out of registers
+      if constexpr (transfer == Transfer::flip)
+        hn::Store(interpolate_at(across, 4 + n).value, across, value + 4 + n);
+    }
   }
   const OneLane d;
   for (int a = 0; a < 3; ++a) {
@@ -261,7 +271,7 @@ HWY_INLINE void move_alone(const StepConstants& c, const Node* nodes, int stride
         hn::Set(d, value[a]),
         {hn::Set(d, gradient[0][a]), hn::Set(d, gradient[1][a]), hn::Set(d, gradient[2][a])},
         {hn::Set(d, curvature[0][a]), hn::Set(d, curvature[1][a]), hn::Set(d, curvature[2][a])}};
-    moved[a] = move<transfer>(d, c, pic, hn::Set(d, increment[a]), place, s[a], v[a]);
+    moved[a] = move<transfer>(d, c, pic, hn::Set(d, value[4 + a]), place, s[a], v[a]);
   }
 }
 

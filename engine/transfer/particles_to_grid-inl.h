@@ -77,88 +77,128 @@ HWY_INLINE void split_middle(V low, V& middle, V high) {
   middle = middle - low - high;
 }
 
-/// The numbers of a node: momentum and mass, or the force.
-enum class NodeHalf { momentum, force };
+/// The numbers of a node that are summed together: momentum and mass, the force, or all.
+enum class NodePart { momentum, force, all };
 
-/// Adds particles [begin, end) to the 27 nodes of their cell: to the numbers from `offset` on of one half of
+/// Four numbers and four zeros.
+template <class D>
+HWY_INLINE hn::Vec<D> in_lower_half(D d, const double* from) {
+#if HWY_TARGET == HWY_SCALAR
+  return hn::Zero(d);
+#else
+  return hn::ZeroExtendVector(d, hn::Load(hn::Half<D>(), from));
+#endif
+}
+template <class D>
+HWY_INLINE hn::Vec<D> in_upper_half(D d, const double* from) {
+#if HWY_TARGET == HWY_SCALAR
+  return hn::Zero(d);
+#else
+  return hn::Combine(d, hn::Load(hn::Half<D>(), from), hn::Zero(hn::Half<D>()));
+#endif
+}
+
+/// Adds particles [begin, end) to the 27 nodes of their cell: to the numbers from `offset` on of a part of
 /// each node, as many as a vector has lanes. Node (i, j, k) gets wz_k P_j + wz'_k Q_j with P_j = wy_j (wx_i
 /// carried + wx'_i T_x) + wy'_j wx_i T_y, Q_j = wy_j wx_i T_z, of which momentum has `carried` and the force
 /// the tractions T. The affine part has this form too: there w' are the moments, T the columns of m dx C.
-template <NodeHalf half, int size, bool with_affine, class D>
+template <NodePart part, int size, bool with_affine, class D>
 HWY_INLINE void add_to_nodes(D d, const Contributions<size, with_affine>& g, int begin, int end, int offset,
                              Node* nodes, int stride_x, int stride_y) {
   using V = hn::Vec<D>;
-  constexpr bool carries = half == NodeHalf::momentum, has_slopes = !carries || with_affine;
-  const auto carried = [&](int p) HWY_ATTR { return hn::Load(d, g.carried[p] + offset); };
+  constexpr bool carries = part != NodePart::force, has_force = part != NodePart::momentum;
+  constexpr bool whole = carries && has_force, has_slopes = has_force || with_affine;
+  const auto carried = [&](int p) HWY_ATTR {
+    if constexpr (whole)
+      return in_lower_half(d, g.carried[p]);
+    else
+      return hn::Load(d, g.carried[p] + offset);
+  };
   const auto column = [&](int axis, int p) HWY_ATTR {  // T
-    if constexpr (!carries)
+    if constexpr (whole)
+      return in_upper_half(d, g.traction[axis][p]);
+    else if constexpr (has_force)
       return hn::Load(d, g.traction[axis][p] + offset);
     else if constexpr (with_affine)
       return hn::Load(d, g.affine[axis][p] + offset);
   };
   const auto slope = [&](int axis, int side, int p) HWY_ATTR {  // w'
-    if constexpr (!carries)
+    if constexpr (has_force)
       return hn::Set(d, g.dw[axis][side][p]);
     else if constexpr (with_affine)
       return hn::Set(d, g.moment[axis][side][p]);
   };
   V sum[3][3][3];
-  // Sums over the particles for one i; P and Q of a j go to {lower, all, upper} along z.
-  const auto sum_particles = [&](auto node) ANTICRACK_INLINE {
+  // P and Q of a j go to {lower, all, upper} along z.
+  const auto add_particle = [&](auto node, int p) ANTICRACK_INLINE {
     constexpr int i = node;
-    for (int j = 0; j < 3; ++j)
-      for (int k = 0; k < 3; ++k) sum[i][j][k] = hn::Zero(d);
-    for (int p = begin; p < end; ++p) {
-      const V wz[2] = {hn::Set(d, g.w[2][0][p]), hn::Set(d, g.w[2][1][p])};
-      V dz[2];
-      if constexpr (has_slopes) dz[0] = slope(2, 0, p), dz[1] = slope(2, 1, p);
-      V along_x, along_y, along_z;  // wx carried + wx' T_x, wx T_y, wx T_z
-      if constexpr (i == all) {
-        if constexpr (carries) along_x = carried(p);
-        if constexpr (has_slopes) along_y = column(1, p);
-        if constexpr (has_slopes) along_z = column(2, p);
-      } else {
-        const V wx = hn::Set(d, g.w[0][i / 2][p]);
-        if constexpr (carries) along_x = wx * carried(p);
-        if constexpr (has_slopes) {
-          const V dx = slope(0, i / 2, p);
-          along_x = carries ? hn::MulAdd(dx, column(0, p), along_x) : dx * column(0, p);
-          along_y = wx * column(1, p);
-          along_z = wx * column(2, p);
-        }
-      }
-      constexpr bool has_x = carries || i != all;
-      const auto add = [&](V(&to)[3], V P, V Q) ANTICRACK_INLINE {
-        to[all] = to[all] + P;
-        to[lower] = hn::MulAdd(wz[0], P, to[lower]);
-        to[upper] = hn::MulAdd(wz[1], P, to[upper]);
-        if constexpr (has_slopes) to[lower] = hn::MulAdd(dz[0], Q, to[lower]);
-        if constexpr (has_slopes) to[upper] = hn::MulAdd(dz[1], Q, to[upper]);
-      };
-      for (const int j : {lower, upper}) {
-        const V wy = hn::Set(d, g.w[1][j / 2][p]);
-        V P, Q;
-        if constexpr (has_x) P = wy * along_x;
-        if constexpr (has_slopes) {
-          const V dy = slope(1, j / 2, p);
-          P = has_x ? hn::MulAdd(dy, along_y, P) : dy * along_y;
-          Q = wy * along_z;
-        }
-        add(sum[i][j], P, Q);
-      }
-      if constexpr (has_x) {
-        add(sum[i][all], along_x, along_z);
-      } else {
-        sum[i][all][lower] = hn::MulAdd(dz[0], along_z, sum[i][all][lower]);
-        sum[i][all][upper] = hn::MulAdd(dz[1], along_z, sum[i][all][upper]);
+    const V wz[2] = {hn::Set(d, g.w[2][0][p]), hn::Set(d, g.w[2][1][p])};
+    V dz[2];
+    if constexpr (has_slopes) dz[0] = slope(2, 0, p), dz[1] = slope(2, 1, p);
+    V along_x, along_y, along_z;  // wx carried + wx' T_x, wx T_y, wx T_z
+    if constexpr (i == all) {
+      if constexpr (carries) along_x = carried(p);
+      if constexpr (has_slopes) along_y = column(1, p);
+      if constexpr (has_slopes) along_z = column(2, p);
+    } else {
+      const V wx = hn::Set(d, g.w[0][i / 2][p]);
+      if constexpr (carries) along_x = wx * carried(p);
+      if constexpr (has_slopes) {
+        const V dx = slope(0, i / 2, p);
+        along_x = carries ? hn::MulAdd(dx, column(0, p), along_x) : dx * column(0, p);
+        along_y = wx * column(1, p);
+        along_z = wx * column(2, p);
       }
     }
+    constexpr bool has_x = carries || i != all;
+    const auto add = [&](V(&to)[3], V P, V Q) ANTICRACK_INLINE {
+      to[all] = to[all] + P;
+      to[lower] = hn::MulAdd(wz[0], P, to[lower]);
+      to[upper] = hn::MulAdd(wz[1], P, to[upper]);
+      if constexpr (has_slopes) to[lower] = hn::MulAdd(dz[0], Q, to[lower]);
+      if constexpr (has_slopes) to[upper] = hn::MulAdd(dz[1], Q, to[upper]);
+    };
+    for (const int j : {lower, upper}) {
+      const V wy = hn::Set(d, g.w[1][j / 2][p]);
+      V P, Q;
+      if constexpr (has_x) P = wy * along_x;
+      if constexpr (has_slopes) {
+        const V dy = slope(1, j / 2, p);
+        P = has_x ? hn::MulAdd(dy, along_y, P) : dy * along_y;
+        Q = wy * along_z;
+      }
+      add(sum[i][j], P, Q);
+    }
+    if constexpr (has_x) {
+      add(sum[i][all], along_x, along_z);
+    } else {
+      sum[i][all][lower] = hn::MulAdd(dz[0], along_z, sum[i][all][lower]);
+      sum[i][all][upper] = hn::MulAdd(dz[1], along_z, sum[i][all][upper]);
+    }
+  };
+  const auto clear = [&](int i) ANTICRACK_INLINE {
+    for (int j = 0; j < 3; ++j)
+      for (int k = 0; k < 3; ++k) sum[i][j][k] = hn::Zero(d);
+  };
+  const auto split_middles = [&](int i) ANTICRACK_INLINE {
     for (int j = 0; j < 3; ++j) split_middle(sum[i][j][lower], sum[i][j][all], sum[i][j][upper]);
     for (int k = 0; k < 3; ++k) split_middle(sum[i][lower][k], sum[i][all][k], sum[i][upper][k]);
   };
-  sum_particles(std::integral_constant<int, lower>());
-  sum_particles(std::integral_constant<int, all>());
-  sum_particles(std::integral_constant<int, upper>());
+  const auto sum_particles = [&](auto... i) ANTICRACK_INLINE {
+    (clear(i), ...);
+    for (int p = begin; p < end; ++p) (add_particle(i, p), ...);
+    (split_middles(i), ...);
+  };
+  constexpr std::integral_constant<int, lower> lower_x;
+  constexpr std::integral_constant<int, all> all_x;
+  constexpr std::integral_constant<int, upper> upper_x;
+  if constexpr (whole) {  // AVX-512 has the registers for all sums
+    sum_particles(lower_x, all_x, upper_x);
+  } else {
+    sum_particles(lower_x);
+    sum_particles(all_x);
+    sum_particles(upper_x);
+  }
   for (int j = 0; j < 3; ++j)
     for (int k = 0; k < 3; ++k) split_middle(sum[lower][j][k], sum[all][j][k], sum[upper][j][k]);
   for (int i = 0; i < 3; ++i)
@@ -169,17 +209,20 @@ HWY_INLINE void add_to_nodes(D d, const Contributions<size, with_affine>& g, int
     }
 }
 
-/// Lines 2-4 of Algorithm 1 for particles [begin, end), all of one cell, whose lowest node is `nodes`. A half
-/// of a node at a time also where eight numbers fit into a vector: momentum has no tractions, the force no
-/// momenta.
+/// Lines 2-4 of Algorithm 1 for particles [begin, end), all of one cell, whose lowest node is `nodes`. The
+/// halves of a node apart, since momentum has no tractions, the force no momenta, unless eight lanes take no
+/// longer than four.
 template <int size, bool with_affine>
-HWY_INLINE void add_to_cell(const Contributions<size, with_affine>& g, int begin, int end, Node* nodes,
-                            int stride_x, int stride_y) {
-  const hn::CappedTag<double, 4> d;
-  for (int offset = 0; offset < 4; offset += int(hn::MaxLanes(d)))
-    add_to_nodes<NodeHalf::momentum>(d, g, begin, end, offset, nodes, stride_x, stride_y);
-  for (int offset = 0; offset < 4; offset += int(hn::MaxLanes(d)))
-    add_to_nodes<NodeHalf::force>(d, g, begin, end, offset, nodes, stride_x, stride_y);
+HWY_INLINE void add_to_cell(bool full_width, const Contributions<size, with_affine>& g, int begin, int end,
+                            Node* nodes, int stride_x, int stride_y) {
+  const NodeVector whole;
+  const HalfNodeVector half;
+  if constexpr (hn::MaxLanes(whole) == 8 && !with_affine)
+    if (full_width) return add_to_nodes<NodePart::all>(whole, g, begin, end, 0, nodes, stride_x, stride_y);
+  for (int offset = 0; offset < 4; offset += int(hn::MaxLanes(half)))
+    add_to_nodes<NodePart::momentum>(half, g, begin, end, offset, nodes, stride_x, stride_y);
+  for (int offset = 0; offset < 4; offset += int(hn::MaxLanes(half)))
+    add_to_nodes<NodePart::force>(half, g, begin, end, offset, nodes, stride_x, stride_y);
 }
 
 }  // namespace HWY_NAMESPACE

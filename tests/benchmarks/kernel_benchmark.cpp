@@ -50,7 +50,7 @@ void advance_block(benchmark::State& state, PassKind kind, double cohesion, doub
   const int a_cell = int(state.range(0));
   Block block(a_cell, strain);
   const Material material{1e4, {10e9, 0.3}, DruckerPragerSoftening{cohesion > 0 ? 1.2 : 0, cohesion, 0}};
-  const StepConstants c{1e-9, 0.01, 0.99, 1, 1e-6, MaterialConstants(material)};
+  const StepConstants c{1e-9, 0.01, 0.99, 1, 1e-6, MaterialConstants(material), kernels().full_width};
   const ParticlePointers pointers(block.particles);
   for (auto _ : state) {
     BlockResult result;
