@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <type_traits>
 
@@ -173,9 +174,11 @@ struct alignas(64) Chunk : std::conditional_t<with_affine, AffineChunk, NoAffine
   Contributions<chunk_room, with_affine> contributions;
 };
 
-/// Particles [begin, end) of those of a block, which end at `last`.
+/// Particles [begin, end) of those of a block, which end at `last`; `first_cell` of its occupied cells holds
+/// the first.
 struct ChunkRange {
   std::size_t begin, end, last;
+  int first_cell;
 };
 
 /// Vectors across particles.
@@ -207,17 +210,57 @@ HWY_INLINE void add_tile(const Tile& tile, const BlockView& block) {
       }
 }
 
-/// Calls visit(first node of the cell in a tile, from, to) for the cells of particles [begin, end).
+/// The cells of a block that hold particles.
+struct OccupiedCells {
+  int count = 0;
+  std::uint32_t begin[block_cells + 1];  ///< particles of the n-th are [begin[n], begin[n + 1])
+  std::uint8_t first_node[block_cells];  ///< its lowest node, in a tile
+
+  /// No branch on what is empty: the processor could not foresee it.
+  HWY_INLINE explicit OccupiedCells(const BlockView& block) {
+    for (int cell = 0; cell < block_cells; ++cell) {
+      begin[count] = block.cell_begin[cell];
+      first_node[count] = std::uint8_t(((cell >> 4) * tile_edge + (cell >> 2 & 3)) * tile_edge + (cell & 3));
+      count += block.cell_begin[cell + 1] > block.cell_begin[cell];
+    }
+    begin[count] = block.cell_begin[block_cells];
+  }
+};
+
+/// Calls visit(first node of the cell in a tile, from, to) for the cells of a chunk.
 template <class Visit>
-HWY_INLINE void for_each_cell(const BlockView& block, std::size_t begin, std::size_t end, Visit visit) {
-  int cell =
-      int(std::upper_bound(block.cell_begin, block.cell_begin + block_cells, begin) - block.cell_begin) - 1;
-  for (std::size_t from = begin; from < end; ++cell) {
-    const std::size_t to = std::min<std::size_t>(block.cell_begin[cell + 1], end);
-    if (to > from) visit(((cell >> 4) * tile_edge + (cell >> 2 & 3)) * tile_edge + (cell & 3), from, to);
+HWY_INLINE void for_each_cell(const OccupiedCells& cells, const ChunkRange& range, Visit visit) {
+  int n = range.first_cell;
+  for (std::size_t from = range.begin; from < range.end; ++n) {
+    const std::size_t to = std::min<std::size_t>(cells.begin[n + 1], range.end);
+    visit(cells.first_node[n], from, to);
     from = to;
   }
 }
+
+/// Asks for the nodes that a block reads and the sums that it adds to, a row along z at a time: all at once
+/// they would have to wait for each other.
+class NodesAhead {
+ public:
+  explicit NodesAhead(const BlockView& block) : block_(block) {
+    for (int cell = 0; cell <= block_cells; cell += 16) hwy::Prefetch(block.cell_begin + cell);
+  }
+
+  HWY_INLINE void ask(int rows) {
+    for (; rows > 0 && row_ < tile_edge * tile_edge; --rows, ++row_) {
+      const int x = row_ / tile_edge, y = row_ % tile_edge;
+      for (int oz = 0; oz < 2; ++oz) {
+        const int leaf = (x >> 2) * 4 + (y >> 2) * 2 + oz, first = leaf_index(x & 3, y & 3, 0);
+        for (int z = 0; z < (oz ? tile_edge - 4 : 4); ++z) hwy::Prefetch(block_.leaf[leaf] + first + z);
+        for (int z = 0; z < (oz ? tile_edge - 4 : 4); ++z) hwy::Prefetch(block_.partial[leaf] + first + z);
+      }
+    }
+  }
+
+ private:
+  const BlockView& block_;
+  int row_ = 0;
+};
 
 /// Calls visit(everywhere, first particle, lanes at home, access) for batches of particles; `everywhere`: all
 /// lanes are.
@@ -239,8 +282,8 @@ HWY_INLINE void for_each_batch(const ParticlePointers& p, const ChunkRange& rang
 
 /// Lines 12 and 13, and dt grad v, cell by cell.
 template <Transfer transfer>
-HWY_INLINE void grid_to_particles(const StepConstants& c, const ParticlePointers& p, const BlockView& block,
-                                  const Tile& nodes, const ChunkRange& range,
+HWY_INLINE void grid_to_particles(const StepConstants& c, const ParticlePointers& p,
+                                  const OccupiedCells& cells, const Tile& nodes, const ChunkRange& range,
                                   Chunk<transfer == Transfer::apic>& chunk) {
   const auto store = [&](auto d, const auto& moved, int a, std::size_t i) ANTICRACK_INLINE {
     const std::size_t l = i - range.begin;
@@ -289,7 +332,7 @@ HWY_INLINE void grid_to_particles(const StepConstants& c, const ParticlePointers
     }
     for (; i < to; ++i) move_one(first_node, i);
   };
-  for_each_cell(block, range.begin, range.end, visit_cell);
+  for_each_cell(cells, range, visit_cell);
 }
 
 /// Lines 7 to 9: trial state and its Hencky strain.
@@ -385,27 +428,29 @@ HWY_INLINE void prefetch_particle(const ParticlePointers& p, std::size_t i) {
     for (int e = 0; e < 9; ++e) hwy::Prefetch(p.affine[e] + i);
 }
 
-/// Lines 2 to 4 of the next step, cell by cell. Particles to come are asked for on the way, few at a time: a
-/// chunk's at once would have to wait for each other.
+/// Lines 2 to 4 of the next step, cell by cell. Particles and nodes to come are asked for on the way, few at
+/// a time: a chunk's at once would have to wait for each other.
 template <Model model, bool with_affine>
-HWY_INLINE void particles_to_grid(const StepConstants& c, const ParticlePointers& p, const BlockView& block,
-                                  const ChunkRange& range, const Chunk<with_affine>& chunk, Tile& tile) {
-  constexpr std::size_t ahead = 64;  // particles; 32 to 160 are alike
-  asm volatile("" ::: "memory");     // see make_polynomial
-  for_each_cell(block, range.begin, range.end,
-                [&](int first_node, std::size_t from, std::size_t to) ANTICRACK_INLINE {
-                  prefetch_particle<model, with_affine>(p, to + ahead);
-                  add_to_cell(c.full_width, chunk.contributions, int(from - range.begin),
-                              int(to - range.begin), &tile[first_node], tile_edge * tile_edge, tile_edge);
-                });
+HWY_INLINE void particles_to_grid(const StepConstants& c, const ParticlePointers& p,
+                                  const OccupiedCells& cells, const ChunkRange& range,
+                                  const Chunk<with_affine>& chunk, NodesAhead& ahead, Tile& tile) {
+  constexpr std::size_t particles_ahead = 64;  // 32 to 160 are alike
+  const int rows = (tile_edge * tile_edge + cells.count - 1) / cells.count;
+  asm volatile("" ::: "memory");  // see make_polynomial
+  for_each_cell(cells, range, [&](int first_node, std::size_t from, std::size_t to) ANTICRACK_INLINE {
+    prefetch_particle<model, with_affine>(p, to + particles_ahead);
+    ahead.ask(rows);
+    add_to_cell(c.full_width, chunk.contributions, int(from - range.begin), int(to - range.begin),
+                &tile[first_node], tile_edge * tile_edge, tile_edge);
+  });
 }
 
 /// The particles at home in a block, chunk by chunk; `advancing` false: particle to grid alone.
 template <Model model, Transfer transfer, bool advancing>
-void pass_over_block(const StepConstants& c, const ParticlePointers& p, const BlockView& block, bool observe,
-                     BlockResult& result) {
-  const std::size_t last = block.cell_begin[block_cells];
-  if (block.cell_begin[0] == last) return;
+void pass_over_block(const StepConstants& c, const ParticlePointers& p, const BlockView& block,
+                     const BlockView& next, bool observe, BlockResult& result) {
+  const OccupiedCells cells(block);
+  if (cells.count == 0) return;
   Tile nodes, tile;  // that the block reaches: to read, to write
   if constexpr (advancing) gather_nodes(block, nodes);
   std::memset(static_cast<void*>(&tile), 0, sizeof(Tile));
@@ -413,15 +458,19 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
   const ParticleVector d;
   auto sums = zero_sums(d);
   Chunk<transfer == Transfer::apic> chunk;
-  for (std::size_t begin = block.cell_begin[0], end; begin < last; begin = end) {
+  NodesAhead ahead(next);
+  const std::size_t last = cells.begin[cells.count];
+  int cell = 0;
+  for (std::size_t begin = cells.begin[0], end; begin < last; begin = end) {
     // As many whole cells as fit, or a part of one.
-    end = *(std::upper_bound(block.cell_begin, block.cell_begin + block_cells + 1, begin + chunk_size) - 1);
-    if (end <= begin) end = begin + chunk_size;
-    const ChunkRange range{begin, end, last};
-    if constexpr (advancing) grid_to_particles<transfer>(c, p, block, nodes, range, chunk);
+    const int first_cell = cell;
+    while (cell < cells.count && cells.begin[cell + 1] <= begin + chunk_size) ++cell;
+    end = cell > first_cell ? cells.begin[cell] : begin + chunk_size;
+    const ChunkRange range{begin, end, last, first_cell};
+    if constexpr (advancing) grid_to_particles<transfer>(c, p, cells, nodes, range, chunk);
     strain_particles<advancing>(p, range, chunk, result);
     return_particles<model, advancing>(c, p, range, observe, chunk, sums, result);
-    particles_to_grid<model>(c, p, block, range, chunk, tile);
+    particles_to_grid<model>(c, p, cells, range, chunk, ahead, tile);
   }
   add_tile(tile, block);
   reduce(d, sums, observe, result.sums);

@@ -43,17 +43,17 @@ void with_constants(PassKind kind, Visit visit) {
 }
 
 void advance_block(PassKind kind, const StepConstants& c, const ParticlePointers& p, const BlockView& block,
-                   bool observe, BlockResult& result) {
+                   const BlockView& next, bool observe, BlockResult& result) {
   with_constants(kind, [&](auto model, auto transfer) HWY_ATTR {
-    pass_over_block<model, transfer, true>(c, p, block, observe, result);
+    pass_over_block<model, transfer, true>(c, p, block, next, observe, result);
   });
 }
 
 void scatter_block(PassKind kind, const StepConstants& c, const ParticlePointers& p, const BlockView& block,
-                   bool observe, BlockResult& result) {
+                   const BlockView& next, bool observe, BlockResult& result) {
   with_constants(kind, [&](auto model, auto transfer) HWY_ATTR {
     constexpr Transfer scattered = transfer == Transfer::apic ? Transfer::apic : Transfer::pic;
-    pass_over_block<model, scattered, false>(c, p, block, observe, result);
+    pass_over_block<model, scattered, false>(c, p, block, next, observe, result);
   });
 }
 

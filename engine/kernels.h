@@ -114,12 +114,13 @@ struct Kernels {
   std::string simd;  ///< name of the instruction set
   bool full_width;   ///< eight lanes are as fast as four, so that more of them may go unused
 
-  /// Algorithm 1, lines 7-13, then lines 2-4 of the next step, for the particles at home in the block.
-  void (*advance_block)(PassKind, const StepConstants&, const ParticlePointers&, const BlockView&,
-                        bool observe, BlockResult&);
+  /// Algorithm 1, lines 7-13, then lines 2-4 of the next step, for the particles at home in the block. `next`
+  /// is the block to come, for which memory is asked meanwhile.
+  void (*advance_block)(PassKind, const StepConstants&, const ParticlePointers&, const BlockView& block,
+                        const BlockView& next, bool observe, BlockResult&);
   /// Lines 2-4 alone: at the start of a run.
-  void (*scatter_block)(PassKind, const StepConstants&, const ParticlePointers&, const BlockView&,
-                        bool observe, BlockResult&);
+  void (*scatter_block)(PassKind, const StepConstants&, const ParticlePointers&, const BlockView& block,
+                        const BlockView& next, bool observe, BlockResult&);
   /// Lines 7-13 for one stray, whose true cell has the given 27 nodes and lies `shift` cells from its own.
   void (*advance_stray)(PassKind, const StepConstants&, const ParticlePointers&, std::uint32_t particle,
                         const Node nodes[27], const Index3& shift, BlockResult&);

@@ -179,15 +179,12 @@ std::optional<std::uint32_t> Simulation::inverted_particle(double dt, double max
   return find_inverted_particle(particles_, grid_, cells_, strays_, dt_over_dx);
 }
 
-BlockResult Simulation::pass_over_block(const StepConstants& c, BlockKernel kernel, std::size_t b,
-                                        bool observe) {
+BlockView Simulation::block_view(std::size_t b) const {
   const SparseGrid::Block& block = grid_.blocks()[b];
   BlockView view{{}, {}, cells_[b].data()};
-  for (int o = 0; o < 8; ++o) view.leaf[o] = grid_.leaves()[block.leaf[o]].nodes;
+  for (int o = 0; o < 8; ++o) view.leaf[o] = block.nodes[o];
   for (int o = 0; o < 8; ++o) view.partial[o] = block.partial[o];
-  BlockResult result;
-  kernel(kind_, c, ParticlePointers(particles_), view, observe, result);
-  return result;
+  return view;
 }
 
 /// Asks for the sums to come meanwhile: a store waits for the line that it writes to.
@@ -206,8 +203,14 @@ void Simulation::pass_over_blocks(const StepConstants& c, BlockKernel kernel, bo
   tbb::parallel_for(std::size_t(0), grid_.groups().size(), [&](std::size_t g) {
     const SparseGrid::Group& group = grid_.groups()[g];
     clear(group.partials);
-    for (std::uint32_t b = group.first_block; b < group.last_block; ++b)
-      results_[b] = pass_over_block(c, kernel, b, observe);
+    BlockView next = block_view(group.first_block);
+    for (std::uint32_t b = group.first_block; b < group.last_block; ++b) {
+      const std::uint32_t after = std::min(b + 1, group.last_block - 1);
+      const BlockView block = std::exchange(next, block_view(after));
+      __builtin_prefetch(&results_[after], 1);
+      results_[b] = {};
+      kernel(kind_, c, ParticlePointers(particles_), block, next, observe, results_[b]);
+    }
   });
   for (const BlockResult& result : results_)
     if (result.failure) fail(result.failure->particle, result.failure->quantity);

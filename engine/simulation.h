@@ -104,7 +104,7 @@ class Simulation {
   std::optional<std::uint32_t> inverted_particle(double dt, double max_nodal_speed) const;
   void sort_if_due();
   using BlockKernel = decltype(Kernels::advance_block);
-  BlockResult pass_over_block(const StepConstants& c, BlockKernel kernel, std::size_t block, bool observe);
+  BlockView block_view(std::size_t block) const;
   void pass_over_blocks(const StepConstants& c, BlockKernel kernel, bool observe);
   void advance_and_scatter_strays(const StepConstants& c, bool observe);
   void scatter_particles(std::span<const std::uint32_t> returned_strays);

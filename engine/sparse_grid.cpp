@@ -100,11 +100,12 @@ std::uint32_t SparseGrid::add_block(const Index3& origin, bool clear) {
   if (group == groups_.size()) groups_.push_back({block, block, {}});
   groups_[group].last_block = block + 1;
   block_at_.emplace(origin, block);
-  blocks_.push_back({origin, {}, {}});
+  blocks_.push_back({origin, {}, {}, {}});
   for (int o = 0; o < 8; ++o) {
     const std::uint32_t leaf =
         find_or_add_leaf({origin[0] + (o >> 2), origin[1] + (o >> 1 & 1), origin[2] + (o & 1)});
     blocks_[block].leaf[o] = leaf;
+    blocks_[block].nodes[o] = leaves_[leaf].nodes;
     blocks_[block].partial[o] = find_or_add_partial(leaf, group, clear);
   }
   return block;

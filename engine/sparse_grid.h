@@ -49,6 +49,7 @@ class SparseGrid {
   struct Block {
     Index3 origin;                      ///< block coordinate: lowest dual cell / 4
     std::array<std::uint32_t, 8> leaf;  ///< leaves that its particles reach, index 4 ox + 2 oy + oz
+    std::array<Node*, 8> nodes;         ///< theirs
     std::array<Node*, 8> partial;       ///< the group's sums over them
   };
   struct Leaf {

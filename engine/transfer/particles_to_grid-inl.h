@@ -77,26 +77,8 @@ HWY_INLINE void split_middle(V low, V& middle, V high) {
   middle = middle - low - high;
 }
 
-/// The numbers of a node that are summed together: momentum and mass, the force, or all.
-enum class NodePart { momentum, force, all };
-
-/// Four numbers and four zeros.
-template <class D>
-HWY_INLINE hn::Vec<D> in_lower_half(D d, const double* from) {
-#if HWY_TARGET == HWY_SCALAR
-  return hn::Zero(d);
-#else
-  return hn::ZeroExtendVector(d, hn::Load(hn::Half<D>(), from));
-#endif
-}
-template <class D>
-HWY_INLINE hn::Vec<D> in_upper_half(D d, const double* from) {
-#if HWY_TARGET == HWY_SCALAR
-  return hn::Zero(d);
-#else
-  return hn::Combine(d, hn::Load(hn::Half<D>(), from), hn::Zero(hn::Half<D>()));
-#endif
-}
+/// The numbers of a node that are summed together.
+enum class NodePart { momentum, force };  ///< momentum and mass; the force
 
 /// Adds particles [begin, end) to the 27 nodes of their cell: to the numbers from `offset` on of a part of
 /// each node, as many as a vector has lanes. Node (i, j, k) gets wz_k P_j + wz'_k Q_j with P_j = wy_j (wx_i
@@ -106,18 +88,10 @@ template <NodePart part, int size, bool with_affine, class D>
 HWY_INLINE void add_to_nodes(D d, const Contributions<size, with_affine>& g, int begin, int end, int offset,
                              Node* nodes, int stride_x, int stride_y) {
   using V = hn::Vec<D>;
-  constexpr bool carries = part != NodePart::force, has_force = part != NodePart::momentum;
-  constexpr bool whole = carries && has_force, has_slopes = has_force || with_affine;
-  const auto carried = [&](int p) HWY_ATTR {
-    if constexpr (whole)
-      return in_lower_half(d, g.carried[p]);
-    else
-      return hn::Load(d, g.carried[p] + offset);
-  };
+  constexpr bool carries = part == NodePart::momentum, has_force = part == NodePart::force;
+  constexpr bool has_slopes = has_force || with_affine;
   const auto column = [&](int axis, int p) HWY_ATTR {  // T
-    if constexpr (whole)
-      return in_upper_half(d, g.traction[axis][p]);
-    else if constexpr (has_force)
+    if constexpr (has_force)
       return hn::Load(d, g.traction[axis][p] + offset);
     else if constexpr (with_affine)
       return hn::Load(d, g.affine[axis][p] + offset);
@@ -137,12 +111,12 @@ HWY_INLINE void add_to_nodes(D d, const Contributions<size, with_affine>& g, int
     if constexpr (has_slopes) dz[0] = slope(2, 0, p), dz[1] = slope(2, 1, p);
     V along_x, along_y, along_z;  // wx carried + wx' T_x, wx T_y, wx T_z
     if constexpr (i == all) {
-      if constexpr (carries) along_x = carried(p);
+      if constexpr (carries) along_x = hn::Load(d, g.carried[p] + offset);
       if constexpr (has_slopes) along_y = column(1, p);
       if constexpr (has_slopes) along_z = column(2, p);
     } else {
       const V wx = hn::Set(d, g.w[0][i / 2][p]);
-      if constexpr (carries) along_x = wx * carried(p);
+      if constexpr (carries) along_x = wx * hn::Load(d, g.carried[p] + offset);
       if constexpr (has_slopes) {
         const V dx = slope(0, i / 2, p);
         along_x = carries ? hn::MulAdd(dx, column(0, p), along_x) : dx * column(0, p);
@@ -184,21 +158,17 @@ HWY_INLINE void add_to_nodes(D d, const Contributions<size, with_affine>& g, int
     for (int j = 0; j < 3; ++j) split_middle(sum[i][j][lower], sum[i][j][all], sum[i][j][upper]);
     for (int k = 0; k < 3; ++k) split_middle(sum[i][lower][k], sum[i][all][k], sum[i][upper][k]);
   };
-  const auto sum_particles = [&](auto... i) ANTICRACK_INLINE {
-    (clear(i), ...);
-    for (int p = begin; p < end; ++p) (add_particle(i, p), ...);
-    (split_middles(i), ...);
+  const auto sum_particles = [&](auto i) ANTICRACK_INLINE {
+    clear(i);
+    for (int p = begin; p < end; ++p) add_particle(i, p);
+    split_middles(i);
   };
   constexpr std::integral_constant<int, lower> lower_x;
   constexpr std::integral_constant<int, all> all_x;
   constexpr std::integral_constant<int, upper> upper_x;
-  if constexpr (whole) {  // AVX-512 has the registers for all sums
-    sum_particles(lower_x, all_x, upper_x);
-  } else {
-    sum_particles(lower_x);
-    sum_particles(all_x);
-    sum_particles(upper_x);
-  }
+  sum_particles(lower_x);
+  sum_particles(all_x);
+  sum_particles(upper_x);
   for (int j = 0; j < 3; ++j)
     for (int k = 0; k < 3; ++k) split_middle(sum[lower][j][k], sum[all][j][k], sum[upper][j][k]);
   for (int i = 0; i < 3; ++i)
@@ -209,16 +179,102 @@ HWY_INLINE void add_to_nodes(D d, const Contributions<size, with_affine>& g, int
     }
 }
 
+#if HWY_TARGET <= HWY_AVX3
+/// The same for all numbers of a node at once, where eight lanes take no longer than four. The outer nodes
+/// along x are summed in pairs, momentum and force apart, since neither has what the other is made of; their
+/// sum over x as whole nodes. All 27 sums stay in registers.
+template <class D, int size>
+HWY_INLINE void add_to_whole_nodes(D d, const Contributions<size, false>& g, int begin, int end, Node* nodes,
+                                   int stride_x, int stride_y) {
+  using V = hn::Vec<D>;
+  const hn::Half<D> half;
+  const auto lower_half = hn::FirstN(d, hn::MaxLanes(half));
+  const auto halves = [&](double low, double high)
+                          HWY_ATTR { return hn::IfThenElse(lower_half, hn::Set(d, low), hn::Set(d, high)); };
+  const auto join = [&](const double* low, const double* high)
+                        HWY_ATTR { return hn::Combine(d, hn::Load(half, high), hn::Load(half, low)); };
+  const auto twice = [&](const double* from) HWY_ATTR { return join(from, from); };
+  const auto in_lower_half = [&](const double* from)
+                                 HWY_ATTR { return hn::ZeroExtendVector(d, hn::Load(half, from)); };
+  const auto in_upper_half = [&](const double* from)
+                                 HWY_ATTR { return hn::Combine(d, hn::Load(half, from), hn::Zero(half)); };
+  V momentum[3][3], force[3][3];  // {lower node along x | upper node}
+  V whole[3][3];                  // {momentum | force} of all nodes along x
+  for (int j = 0; j < 3; ++j)
+    for (int k = 0; k < 3; ++k) momentum[j][k] = force[j][k] = whole[j][k] = hn::Zero(d);
+  for (int p = begin; p < end; ++p) {
+    const auto add_momentum = [&](V(&to)[3], V P) ANTICRACK_INLINE {
+      to[all] = to[all] + P;
+      to[lower] = hn::MulAdd(hn::Set(d, g.w[2][0][p]), P, to[lower]);
+      to[upper] = hn::MulAdd(hn::Set(d, g.w[2][1][p]), P, to[upper]);
+    };
+    const auto add_force = [&](V(&to)[3], V P, V Q) ANTICRACK_INLINE {
+      add_momentum(to, P);
+      to[lower] = hn::MulAdd(hn::Set(d, g.dw[2][0][p]), Q, to[lower]);
+      to[upper] = hn::MulAdd(hn::Set(d, g.dw[2][1][p]), Q, to[upper]);
+    };
+    const V wx = halves(g.w[0][0][p], g.w[0][1][p]), dx = halves(g.dw[0][0][p], g.dw[0][1][p]);
+    {
+      const V along_x = wx * twice(g.carried[p]);
+      for (const int j : {lower, upper}) add_momentum(momentum[j], hn::Set(d, g.w[1][j / 2][p]) * along_x);
+      add_momentum(momentum[all], along_x);
+    }
+    {
+      const V along_x = dx * twice(g.traction[0][p]), along_y = wx * twice(g.traction[1][p]),
+              along_z = wx * twice(g.traction[2][p]);
+      for (const int j : {lower, upper}) {
+        const V wy = hn::Set(d, g.w[1][j / 2][p]), dy = hn::Set(d, g.dw[1][j / 2][p]);
+        add_force(force[j], hn::MulAdd(dy, along_y, wy * along_x), wy * along_z);
+      }
+      add_force(force[all], along_x, along_z);
+    }
+    {
+      const V along_z = in_upper_half(g.traction[2][p]);
+      for (const int j : {lower, upper})
+        add_force(whole[j],
+                  halves(g.w[1][j / 2][p], g.dw[1][j / 2][p]) * join(g.carried[p], g.traction[1][p]),
+                  hn::Set(d, g.w[1][j / 2][p]) * along_z);
+      const V both = join(g.carried[p], g.traction[2][p]);
+      whole[all][all] = whole[all][all] + in_lower_half(g.carried[p]);
+      for (const int k : {lower, upper})
+        whole[all][k] = hn::MulAdd(halves(g.w[2][k / 2][p], g.dw[2][k / 2][p]), both, whole[all][k]);
+    }
+  }
+  const auto split_middles = [](V(&sum)[3][3]) ANTICRACK_INLINE {
+    for (int j = 0; j < 3; ++j) split_middle(sum[j][lower], sum[j][all], sum[j][upper]);
+    for (int k = 0; k < 3; ++k) split_middle(sum[lower][k], sum[all][k], sum[upper][k]);
+  };
+  split_middles(momentum);
+  split_middles(force);
+  split_middles(whole);
+  for (int j = 0; j < 3; ++j)
+    for (int k = 0; k < 3; ++k) {
+      const V low = hn::ConcatLowerLower(d, force[j][k], momentum[j][k]),
+              high = hn::ConcatUpperUpper(d, force[j][k], momentum[j][k]);
+      split_middle(low, whole[j][k], high);
+      const auto add_to = [&](Node& node, V sum) ANTICRACK_INLINE {
+        double* numbers = reinterpret_cast<double*>(&node);
+        hn::Store(hn::Load(d, numbers) + sum, d, numbers);
+      };
+      Node* const line = nodes + j * stride_y + k;
+      add_to(line[0], low);
+      add_to(line[stride_x], whole[j][k]);
+      add_to(line[2 * stride_x], high);
+    }
+}
+#endif
+
 /// Lines 2-4 of Algorithm 1 for particles [begin, end), all of one cell, whose lowest node is `nodes`. The
 /// halves of a node apart, since momentum has no tractions, the force no momenta, unless eight lanes take no
 /// longer than four.
 template <int size, bool with_affine>
-HWY_INLINE void add_to_cell(bool full_width, const Contributions<size, with_affine>& g, int begin, int end,
-                            Node* nodes, int stride_x, int stride_y) {
-  const NodeVector whole;
+HWY_INLINE void add_to_cell([[maybe_unused]] bool full_width, const Contributions<size, with_affine>& g,
+                            int begin, int end, Node* nodes, int stride_x, int stride_y) {
+#if HWY_TARGET <= HWY_AVX3
+  if constexpr (!with_affine)
+    if (full_width) return add_to_whole_nodes(NodeVector(), g, begin, end, nodes, stride_x, stride_y);
+#endif
   const HalfNodeVector half;
-  if constexpr (hn::MaxLanes(whole) == 8 && !with_affine)
-    if (full_width) return add_to_nodes<NodePart::all>(whole, g, begin, end, 0, nodes, stride_x, stride_y);
   for (int offset = 0; offset < 4; offset += int(hn::MaxLanes(half)))
     add_to_nodes<NodePart::momentum>(half, g, begin, end, offset, nodes, stride_x, stride_y);
   for (int offset = 0; offset < 4; offset += int(hn::MaxLanes(half)))

@@ -54,7 +54,7 @@ void advance_block(benchmark::State& state, PassKind kind, double cohesion, doub
   const ParticlePointers pointers(block.particles);
   for (auto _ : state) {
     BlockResult result;
-    kernels().advance_block(kind, c, pointers, block.view, false, result);
+    kernels().advance_block(kind, c, pointers, block.view, block.view, false, result);
     benchmark::DoNotOptimize(result.sums);
   }
   const double particles = double(state.iterations()) * double(block.particles.count);
