@@ -152,7 +152,8 @@ class Walls::Surroundings {
 
 /// Sets one component of some nodes. Its sums stay in registers; those of the action might alias a node.
 struct Walls::Setting {
-  double impulse = 0, moment = 0, work = 0, impact_loss = 0, kinetic_change = 0, fastest = 0;
+  double impulse = 0, moment = 0, work = 0, fastest = 0;
+  double impact_loss = 0, kinetic_change = 0;  ///< doubled
 
   /// `x`: c-th coordinate of the node from the centre of the box.
   void set_velocity(Node& node, int c, double x, double target) {
@@ -160,22 +161,22 @@ struct Walls::Setting {
     // Change of kinetic energy = stress power with v^{n+1} (which strains the particles) + impulse . v^{n+1}
     // - m |dv|^2 / 2. Summed over tied nodes impulse . v^{n+1} is the net impulse times the wall's velocity;
     // the last term is lost in the impact, and where the particles' velocity says nothing of a ghost's.
-    const double jump = target - (node.velocity[c] - node.increment[c]);
+    const double jump = node.increment[c] + change;
     impulse += by_wall;
     moment += by_wall * x;
     work += by_wall * target;
-    impact_loss += 0.5 * node.mass * jump * jump;
-    kinetic_change += by_wall * (node.velocity[c] + 0.5 * change);
+    impact_loss += node.mass * jump * jump;
+    kinetic_change += by_wall * (node.velocity[c] + target);
     fastest = std::max(fastest, std::abs(target));
     node.velocity[c] = target;
-    node.increment[c] += change;
+    node.increment[c] = jump;
   }
 
   /// `full` is the wall's velocity at the end of the ramp, `normal_wall` the wall that c is normal to, or -1.
   void add_to(WallAction& action, int c, double full, int normal_wall) const {
     action.work += work;
-    action.impact_loss += impact_loss;
-    action.kinetic_change += kinetic_change;
+    action.impact_loss += 0.5 * impact_loss;
+    action.kinetic_change += 0.5 * kinetic_change;
     action.generalized_impulse += impulse * full;
     action.virial[c] += moment;
     if (normal_wall >= 0) action.normal_impulse[normal_wall] += impulse;
@@ -191,8 +192,8 @@ static constexpr std::uint64_t plane(int axis, int k) {
 
 /// What the walls of an axis are to a plane of nodes.
 struct Walls::Role {
-  enum Kind { free, mirror, ghost, held };  ///< held: beyond what the mirror's nodes see to
-  Kind kind = free;
+  enum Kind { free, mirror, ghost, held };
+  Kind kind = free;  ///< `held`: held, but out of reach of the mirror nodes
   int wall = -1;
   int to_mirror = 0;  ///< leaves from a ghost to its mirror
   bool operator==(const Role&) const = default;
@@ -229,8 +230,9 @@ struct Walls::Slices {
   const Slice* end() const { return slices + count; }
 };
 
-/// Mirror nodes of the same walls in a leaf, and the nodes tied to them, which lie alike for all. Bit i and
-/// index i: the nodes so far behind the first mirror node in the leaf's order, and what is tied to them.
+/// The mirror nodes of the same walls in a leaf and the nodes tied to them, which lie alike for all. Mirror
+/// nodes are counted from the first one in the leaf's order: bit i and index i are the i-th after it, or the
+/// node tied to that.
 struct Walls::Ties {
   struct Tied {
     Node* nodes;
@@ -295,8 +297,8 @@ void Walls::set_held(Node& node, const Index3& at, std::uint32_t components, con
 /// Were the forces on ghosts dropped instead, a uniform stress would not be in equilibrium at the wall.
 void Walls::set_tied(const Ties& ties, int c, double ramp, const std::array<Reach, 6>& reach,
                      WallAction& action) const {
-  const int normal_wall = ties.walls[c],
-            first = leaf_index(ties.first[0] & 3, ties.first[1] & 3, ties.first[2] & 3);
+  const int normal_wall = ties.walls[c];
+  const int first = leaf_index(ties.first[0] & 3, ties.first[1] & 3, ties.first[2] & 3);
   const double outward = normal_wall >= 0 && !walls_[normal_wall].upper ? -cell_size_ : cell_size_;
   for (int at = ties.first[c]; at <= (ties.first[c] | 3); ++at) {  // b depends on this coordinate only
     std::uint64_t mirrors = ties.tied[0].occupied & plane(c, at & 3) >> first;
@@ -307,10 +309,11 @@ void Walls::set_tied(const Ties& ties, int c, double ramp, const std::array<Reac
       full = full_velocity_at(walls_[ties.walls[a]], c, at);
       wall_velocity[a] = ramp * full;
     }
+    const double centre_to_mirror = from_centre(c, at);
     double b[Ties::most], x[Ties::most];
     for (int n = 0; n < ties.count; ++n) {
       const auto& out = ties.tied[n].out;
-      x[n] = from_centre(c, at) + out[c] * outward;
+      x[n] = centre_to_mirror + out[c] * outward;
       b[n] = 0;
       for (const int a : {(c + 1) % 3, (c + 2) % 3, c})
         if (out[a] > 0)
@@ -336,7 +339,7 @@ void Walls::set_tied(const Ties& ties, int c, double ramp, const std::array<Reac
 }
 
 /// Every node belongs to the task of its mirror node's leaf, or of its own if there is no such leaf: no two
-/// tasks meet. Ties are set later, when their nodes have come from memory.
+/// tasks meet. The ties are only collected, and set when their nodes have come from memory.
 void Walls::constrain_leaf(const SparseGrid& grid, std::uint32_t l, double ramp,
                            const std::array<Reach, 6>& reach, std::vector<Ties>& ties,
                            WallAction& action) const {
@@ -361,7 +364,7 @@ void Walls::constrain_leaf(const SparseGrid& grid, std::uint32_t l, double ramp,
       walls[a] = kind == Role::mirror || roles[a].kind >= Role::ghost ? roles[a].wall : -1;
       step[a] = roles[a].to_mirror;
     }
-    if (kind == Role::ghost && around.leaf(step)) return;
+    if (kind == Role::ghost && around.leaf(step)) return;  // that leaf's task
     if (kind != Role::mirror) {
       for (nodes &= leaf.occupied; nodes; nodes &= nodes - 1) {
         const int index = std::countr_zero(nodes);
@@ -372,6 +375,7 @@ void Walls::constrain_leaf(const SparseGrid& grid, std::uint32_t l, double ramp,
     const int first = std::countr_zero(nodes);
     ties.emplace_back(around, coordinates(first), nodes >> first, walls, constraint.components, reach);
     ties.back().prefetch();
+    // Ghosts whose mirror node has no mass.
     for (int n = 1; n < ties.back().count; ++n) {
       const auto& [tied, occupied, out, r] = ties.back().tied[n];
       for (std::uint64_t rest = occupied & ~ties.back().tied[0].occupied; rest; rest &= rest - 1) {
