@@ -92,6 +92,7 @@ struct ParticlePointers {
 struct LeafUpdate {
   double kinetic_before = 0, kinetic_after = 0;  ///< of the nodes [J]
   double max_speed_squared = 0;  ///< after: sum of the largest squares of the components, a bound [m^2/s^2]
+  std::uint64_t occupied = 0;    ///< nodes with mass, bit leaf_index; of one leaf
 };
 
 /// A leaf as the kernels see it.

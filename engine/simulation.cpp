@@ -163,6 +163,7 @@ LeafUpdate Simulation::update_grid_velocity(double dt) {
   };
   tbb::parallel_for(std::size_t(0), updates.size(), [&](std::size_t l) {
     updates[l] = kernels().update_leaf(dt, view(l), view(std::min(l + 1, updates.size() - 1)));
+    grid_.set_occupied(l, updates[l].occupied);
   });
   LeafUpdate sum;
   for (const LeafUpdate& u : updates) {

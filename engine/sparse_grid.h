@@ -58,7 +58,8 @@ class SparseGrid {
     std::array<std::uint32_t, 6> neighbour;  ///< leaf beyond face -x, +x, -y, +y, -z, +z, or `none`
     std::array<Node*, 8> partial;            ///< sums of the groups that reach it, in order of first reach
     std::array<std::uint32_t, 8> group;
-    std::uint32_t groups = 0;  ///< how many
+    std::uint32_t groups = 0;    ///< how many
+    std::uint64_t occupied = 0;  ///< nodes with mass after the grid update, bit leaf_index
 
     std::span<Node* const> partials() const { return {partial.data(), groups}; }
   };
@@ -79,6 +80,8 @@ class SparseGrid {
 
   /// The block at `origin`, activated with its leaves and empty sums if it was not active. Not thread safe.
   std::uint32_t find_or_add_block(const Index3& origin);
+
+  void set_occupied(std::size_t leaf, std::uint64_t nodes) { leaves_[leaf].occupied = nodes; }
 
   std::uint32_t find_block(const Index3& origin) const;  ///< or `none`
   std::uint32_t find_leaf(const Index3& origin) const;   ///< or `none`

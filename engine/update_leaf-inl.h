@@ -25,6 +25,7 @@ inline LeafUpdate update_leaf(double dt, const LeafView& leaf, const LeafView& n
   // below.
   V before[parts], after[parts], fastest[parts];
   for (int p = 0; p < parts; ++p) before[p] = after[p] = fastest[p] = hn::Zero(d);
+  std::uint64_t occupied = 0;
   for (int n = 0; n < block_cells; ++n) {
     for (const Node* partial : next.partials) hwy::Prefetch(partial + n);
     hwy::Prefetch(next.nodes + n);
@@ -50,13 +51,14 @@ inline LeafUpdate update_leaf(double dt, const LeafView& leaf, const LeafView& n
       hn::Store(dv, d, numbers + 4 + p * lanes);
     }
     node.mass = mass;
+    occupied |= std::uint64_t(mass > 0) << n;
   }
   const auto of_components = [&](const V(&parts_of)[parts]) HWY_ATTR {
     alignas(32) double x[4];
     for (int p = 0; p < parts; ++p) hn::Store(parts_of[p], d, x + p * lanes);
     return x[0] + x[1] + x[2];
   };
-  return {0.5 * of_components(before), 0.5 * of_components(after), of_components(fastest)};
+  return {0.5 * of_components(before), 0.5 * of_components(after), of_components(fastest), occupied};
 }
 
 }  // namespace HWY_NAMESPACE

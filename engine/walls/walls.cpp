@@ -116,49 +116,44 @@ double Walls::full_velocity_at(const Wall& wall, int c, int node_c) const {
          (high.full_velocity - low.full_velocity) * (x - low.position) / (high.position - low.position);
 }
 
-/// The nodes of a leaf and of the leaves around it.
+/// A leaf and the leaves around it.
 class Walls::Surroundings {
  public:
   Surroundings(const SparseGrid& grid, std::uint32_t leaf)
-      : grid_(grid), leaf_(leaf), origin_(grid.leaves()[leaf].origin) {
-    found_[at_centre] = grid.leaves()[leaf].nodes;
-  }
+      : origin(grid.leaves()[leaf].origin), grid_(grid), leaf_(leaf) {}
 
-  /// The active node at `at`, at most a leaf away; nullptr if there is none or it has no mass.
-  Node* node(const Index3& at) {
-    const int x = (at[0] >> 2) - origin_[0], y = (at[1] >> 2) - origin_[1], z = (at[2] >> 2) - origin_[2];
-    const int which = at_centre + 9 * x + 3 * y + z;
+  /// The leaf so many leaves away, at most one along each axis; nullptr if there is none.
+  const SparseGrid::Leaf* leaf(const Index3& step) {
+    const int which = 13 + 9 * step[0] + 3 * step[1] + step[2];
     if (!(known_ >> which & 1)) {
       known_ |= 1u << which;
-      found_[which] = find({x, y, z});
+      found_[which] = find(step);
     }
-    if (!found_[which]) return nullptr;
-    Node* node = found_[which] + leaf_index(at[0] & 3, at[1] & 3, at[2] & 3);
-    return node->mass > 0 ? node : nullptr;
+    return found_[which];
   }
 
+  const Index3 origin;  ///< leaf coordinate
+
  private:
-  Node* find(const Index3& step) const {
+  const SparseGrid::Leaf* find(const Index3& step) const {
     std::uint32_t leaf = leaf_;
     for (int a = 0; a < 3 && leaf != SparseGrid::none; ++a)
       if (step[a] != 0) leaf = grid_.leaves()[leaf].neighbour[2 * a + (step[a] > 0)];
     // There may be none on the way.
     if (leaf == SparseGrid::none)
-      leaf = grid_.find_leaf({origin_[0] + step[0], origin_[1] + step[1], origin_[2] + step[2]});
-    return leaf == SparseGrid::none ? nullptr : grid_.leaves()[leaf].nodes;
+      leaf = grid_.find_leaf({origin[0] + step[0], origin[1] + step[1], origin[2] + step[2]});
+    return leaf == SparseGrid::none ? nullptr : &grid_.leaves()[leaf];
   }
 
-  static constexpr int at_centre = 13;
   const SparseGrid& grid_;
-  std::uint32_t leaf_;
-  Index3 origin_;
-  std::uint32_t known_ = 1u << at_centre;
-  std::array<Node*, 27> found_;
+  std::uint32_t leaf_, known_ = 0;
+  std::array<const SparseGrid::Leaf*, 27> found_;
 };
 
 /// Sets one component of some nodes. Its sums stay in registers; those of the action might alias a node.
 struct Walls::Setting {
-  double impulse = 0, moment = 0, work = 0, impact_loss = 0, kinetic_change = 0, fastest = 0;
+  double impulse = 0, moment = 0, work = 0, fastest = 0;
+  double impact_loss = 0, kinetic_change = 0;  ///< doubled
 
   /// `x`: c-th coordinate of the node from the centre of the box.
   void set_velocity(Node& node, int c, double x, double target) {
@@ -166,22 +161,22 @@ struct Walls::Setting {
     // Change of kinetic energy = stress power with v^{n+1} (which strains the particles) + impulse . v^{n+1}
     // - m |dv|^2 / 2. Summed over tied nodes impulse . v^{n+1} is the net impulse times the wall's velocity;
     // the last term is lost in the impact, and where the particles' velocity says nothing of a ghost's.
-    const double jump = target - (node.velocity[c] - node.increment[c]);
+    const double jump = node.increment[c] + change;
     impulse += by_wall;
     moment += by_wall * x;
     work += by_wall * target;
-    impact_loss += 0.5 * node.mass * jump * jump;
-    kinetic_change += by_wall * (node.velocity[c] + 0.5 * change);
+    impact_loss += node.mass * jump * jump;
+    kinetic_change += by_wall * (node.velocity[c] + target);
     fastest = std::max(fastest, std::abs(target));
     node.velocity[c] = target;
-    node.increment[c] += change;
+    node.increment[c] = jump;
   }
 
   /// `full` is the wall's velocity at the end of the ramp, `normal_wall` the wall that c is normal to, or -1.
   void add_to(WallAction& action, int c, double full, int normal_wall) const {
     action.work += work;
-    action.impact_loss += impact_loss;
-    action.kinetic_change += kinetic_change;
+    action.impact_loss += 0.5 * impact_loss;
+    action.kinetic_change += 0.5 * kinetic_change;
     action.generalized_impulse += impulse * full;
     action.virial[c] += moment;
     if (normal_wall >= 0) action.normal_impulse[normal_wall] += impulse;
@@ -189,158 +184,215 @@ struct Walls::Setting {
   }
 };
 
-/// What the walls of an axis are to a plane of nodes: the one that holds it, the one whose mirror it is, or
-/// none (-1).
+/// Nodes of a leaf in plane k of an axis, bit leaf_index.
+static constexpr std::uint64_t plane(int axis, int k) {
+  constexpr std::uint64_t lowest[3] = {0xFFFF, 0x000F000F000F000F, 0x1111111111111111};
+  return lowest[axis] << (k * (16 >> 2 * axis));
+}
+
+/// What the walls of an axis are to a plane of nodes.
 struct Walls::Role {
-  int holding = -1, mirroring = -1;
+  enum Kind { free, mirror, ghost, held };
+  Kind kind = free;  ///< `held`: held, but out of reach of the mirror nodes
+  int wall = -1;
+  int to_mirror = 0;  ///< leaves from a ghost to its mirror
+  bool operator==(const Role&) const = default;
+
+  Role() = default;
+  Role(int axis, int node, WallRule rule, const std::array<Reach, 6>& reach) {
+    for (int w = 2 * axis; w < 2 * axis + 2; ++w) {
+      const Reach& r = reach[w];
+      if (!r.holds(node)) {
+        if (rule == WallRule::ghost && r.mirror == node && kind <= mirror) kind = mirror, wall = w;
+      } else if (rule == WallRule::ghost && r.extrapolates(node)) {
+        kind = ghost, wall = w, to_mirror = (r.mirror >> 2) - (node >> 2);
+      } else {
+        kind = held, wall = w, to_mirror = 0;
+      }
+    }
+  }
 };
 
-/// The nodes that the walls of some axes tie to a mirror node, itself first.
+/// The planes of a leaf along an axis, those of one role together.
+struct Walls::Slices {
+  struct Slice {
+    Role role;
+    std::uint64_t nodes;  ///< bit leaf_index
+  };
+  int count = 0;
+  Slice slices[block_edge];
+
+  void add(const Role& role, std::uint64_t nodes) {
+    if (count == 0 || !(slices[count - 1].role == role)) slices[count++] = {role, 0};
+    slices[count - 1].nodes |= nodes;
+  }
+  const Slice* begin() const { return slices; }
+  const Slice* end() const { return slices + count; }
+};
+
+/// The mirror nodes of the same walls in a leaf and the nodes tied to them, which lie alike for all. Mirror
+/// nodes are counted from the first one in the leaf's order: bit i and index i are the i-th after it, or the
+/// node tied to that.
 struct Walls::Ties {
   struct Tied {
-    Node* node;
+    Node* nodes;
+    std::uint64_t occupied;
     std::array<std::int8_t, 3> out;  ///< planes outward from the mirror
     double ratio;                    ///< r_g: of its velocity to the mirror's, were the walls at rest
   };
   static constexpr int planes = Reach::most_ghosts + 1, most = planes * planes * planes;
+  Index3 first;  ///< mirror node
+  Index3 walls;  ///< of axis a, or -1
+  std::uint32_t components;
   int count = 0;
-  std::array<Tied, most> nodes;
-  double mass = 0;  ///< sum r^2 m [kg]
+  std::array<Tied, most> tied;  ///< mirror nodes first
 
-  Ties(Surroundings& around, const Index3& mirror, std::uint32_t axes, const std::array<Role, 3>& roles,
-       const std::array<Reach, 6>& reach) {
+  Ties(Surroundings& around, const Index3& first, std::uint64_t mirrors, const Index3& walls,
+       std::uint32_t components, const std::array<Reach, 6>& reach)
+      : first(first), walls(walls), components(components) {
     int last[3];
-    for (int a = 0; a < 3; ++a) last[a] = axes >> a & 1 ? reach[roles[a].mirroring].ghosts : 0;
+    for (int a = 0; a < 3; ++a) last[a] = walls[a] >= 0 ? reach[walls[a]].ghosts : 0;
     std::array<std::int8_t, 3> out;
     for (out[0] = 0; out[0] <= last[0]; ++out[0])
       for (out[1] = 0; out[1] <= last[1]; ++out[1])
         for (out[2] = 0; out[2] <= last[2]; ++out[2]) {
-          Index3 at = mirror;
+          Index3 at = first, step;
           double ratio = 1;
           for (int a = 0; a < 3; ++a) {
-            if (out[a] == 0) continue;
-            at[a] = reach[roles[a].mirroring].ghost(out[a]);
-            ratio *= reach[roles[a].mirroring].ratio[out[a]];
+            if (out[a] > 0) at[a] = reach[walls[a]].ghost(out[a]), ratio *= reach[walls[a]].ratio[out[a]];
+            step[a] = (at[a] >> 2) - around.origin[a];
           }
-          Node* node = around.node(at);
-          if (!node) continue;
-          nodes[count++] = {node, out, ratio};
-          mass += ratio * ratio * node->mass;
+          const SparseGrid::Leaf* const leaf = around.leaf(step);
+          if (!leaf) continue;
+          const int index = leaf_index(at[0] & 3, at[1] & 3, at[2] & 3);
+          tied[count++] = {leaf->nodes + index, leaf->occupied >> index & mirrors, out, ratio};
         }
+  }
+
+  void prefetch() const {
+    for (int n = 0; n < count; ++n)
+      for (std::uint64_t rest = tied[n].occupied; rest; rest &= rest - 1)
+        __builtin_prefetch(&tied[n].nodes[std::countr_zero(rest)], 1);
   }
 };
 
-/// Whether a mirror node sees to the components of a held node that the walls of `axes` constrain.
-bool Walls::is_ghost(Surroundings& around, const Index3& at, std::uint32_t axes,
-                     const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach) const {
-  if (rule_ != WallRule::ghost) return false;
-  Index3 mirror = at;
-  for (int a = 0; a < 3; ++a) {
-    if (!(axes >> a & 1)) continue;
-    const Reach& r = reach[roles[a].holding];
-    if (!r.extrapolates(at[a])) return false;
-    mirror[a] = r.mirror;
+/// Nodes beyond `walls` (of axis a, or -1) that no mirror node sees to take a wall's velocity, a normal one's
+/// if they can.
+void Walls::set_held(Node& node, const Index3& at, std::uint32_t components, const Index3& walls, double ramp,
+                     WallAction& action) const {
+  for (int c = 0; c < 3; ++c) {
+    if (!(components >> c & 1)) continue;
+    const int wall = walls[c] >= 0 ? walls[c] : *std::ranges::max_element(walls);
+    const double full = full_velocity_at(walls_[wall], c, at[c]);
+    Setting setting;
+    setting.set_velocity(node, c, from_centre(c, at[c]), ramp * full);
+    setting.add_to(action, c, full, walls[c]);
   }
-  return around.node(mirror);
 }
 
-/// A component of a node beyond the walls of `axes` that no mirror node sees to takes a wall's velocity, its
-/// normal one's if it can.
-void Walls::set_held(const Index3& at, Node& node, int c, std::uint32_t axes, double ramp,
-                     const std::array<Role, 3>& roles, WallAction& action) const {
-  int last = -1;
-  for (int a = 0; a < 3; ++a)
-    if ((axes >> a & 1) && (last < 0 || a == c || last / 2 != c)) last = roles[a].holding;
-  const double full = full_velocity_at(walls_[last], c, at[c]);
-  Setting setting;
-  setting.set_velocity(node, c, from_centre(c, at[c]), ramp * full);
-  setting.add_to(action, c, full, last / 2 == c ? last : -1);
-}
-
-/// A component of a mirror node M. The ghost rule ties the ghosts to it,
+/// Component c of mirror nodes M. The ghost rule ties the ghosts to them,
 ///   v_g = b_g + r_g v_M,  one factor v <- v_w + (x_g - x_w)/(x_M - x_w) (v - v_w) an axis, tangential walls
 ///   first,
 /// so that all of them are one unknown, which takes the momentum of all: v_M = sum r m (v - b) / sum r^2 m.
 /// Were the forces on ghosts dropped instead, a uniform stress would not be in equilibrium at the wall.
-void Walls::set_tied(const Ties& ties, const Index3& mirror, int c, std::uint32_t axes, double ramp,
-                     const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach,
+void Walls::set_tied(const Ties& ties, int c, double ramp, const std::array<Reach, 6>& reach,
                      WallAction& action) const {
-  double wall_velocity[3] = {}, full = 0;
-  bool moving = false;
-  int normal_wall = -1;
-  for (const int a : {(c + 1) % 3, (c + 2) % 3, c}) {
-    if (!(axes >> a & 1)) continue;
-    const int wall = roles[a].mirroring;
-    full = full_velocity_at(walls_[wall], c, mirror[c]);
-    wall_velocity[a] = ramp * full;
-    moving |= full != 0;
-    if (a == c) normal_wall = wall;
-  }
-  double b[Ties::most], momentum = 0;
-  for (int n = 0; n < ties.count; ++n) {
-    const auto& [node, out, r] = ties.nodes[n];
-    b[n] = 0;
-    if (moving)
+  const int normal_wall = ties.walls[c];
+  const int first = leaf_index(ties.first[0] & 3, ties.first[1] & 3, ties.first[2] & 3);
+  const double outward = normal_wall >= 0 && !walls_[normal_wall].upper ? -cell_size_ : cell_size_;
+  for (int at = ties.first[c]; at <= (ties.first[c] | 3); ++at) {  // b depends on this coordinate only
+    std::uint64_t mirrors = ties.tied[0].occupied & plane(c, at & 3) >> first;
+    if (!mirrors) continue;
+    double wall_velocity[3] = {}, full = 0;
+    for (const int a : {(c + 1) % 3, (c + 2) % 3, c}) {
+      if (ties.walls[a] < 0) continue;
+      full = full_velocity_at(walls_[ties.walls[a]], c, at);
+      wall_velocity[a] = ramp * full;
+    }
+    const double centre_to_mirror = from_centre(c, at);
+    double b[Ties::most], x[Ties::most];
+    for (int n = 0; n < ties.count; ++n) {
+      const auto& out = ties.tied[n].out;
+      x[n] = centre_to_mirror + out[c] * outward;
+      b[n] = 0;
       for (const int a : {(c + 1) % 3, (c + 2) % 3, c})
         if (out[a] > 0)
-          b[n] = wall_velocity[a] + reach[roles[a].mirroring].ratio[out[a]] * (b[n] - wall_velocity[a]);
-    momentum += r * node->mass * (node->velocity[c] - b[n]);
+          b[n] = wall_velocity[a] + reach[ties.walls[a]].ratio[out[a]] * (b[n] - wall_velocity[a]);
+    }
+    Setting setting;
+    for (; mirrors; mirrors &= mirrors - 1) {
+      const int i = std::countr_zero(mirrors);
+      double momentum = 0, mass = 0;
+      for (int n = 0; n < ties.count; ++n) {
+        const Node& node = ties.tied[n].nodes[i];
+        const double r = ties.tied[n].ratio;
+        momentum += r * node.mass * (node.velocity[c] - b[n]);
+        mass += r * r * node.mass;
+      }
+      const double v = momentum / mass;
+      for (int n = 0; n < ties.count; ++n)
+        if (ties.tied[n].occupied >> i & 1)
+          setting.set_velocity(ties.tied[n].nodes[i], c, x[n], b[n] + ties.tied[n].ratio * v);
+    }
+    setting.add_to(action, c, full, normal_wall);
   }
-  const double v = momentum / ties.mass, x = from_centre(c, mirror[c]);
-  const double outward = normal_wall >= 0 && !walls_[normal_wall].upper ? -cell_size_ : cell_size_;
-  Setting setting;
-  for (int n = 0; n < ties.count; ++n) {
-    const auto& [node, out, r] = ties.nodes[n];
-    setting.set_velocity(*node, c, x + out[c] * outward, b[n] + r * v);
-  }
-  setting.add_to(action, c, full, normal_wall);
 }
 
-/// Every component of a node is set by the task of its mirror node, or by its own if it has none: no two
-/// tasks meet.
+/// Every node belongs to the task of its mirror node's leaf, or of its own if there is no such leaf: no two
+/// tasks meet. The ties are only collected, and set when their nodes have come from memory.
 void Walls::constrain_leaf(const SparseGrid& grid, std::uint32_t l, double ramp,
-                           const std::array<Reach, 6>& reach, WallAction& action) const {
+                           const std::array<Reach, 6>& reach, std::vector<Ties>& ties,
+                           WallAction& action) const {
   const SparseGrid::Leaf& leaf = grid.leaves()[l];
-  Role planes[3][block_edge];
-  std::uint64_t near = 0;  // bit leaf_index: nodes in a plane that has a role
+  std::array<Slices, 3> slices;
+  Slices whole;
+  whole.add({}, ~std::uint64_t{0});
   for (int a = 0; a < 3; ++a)
     for (int k = 0; k < block_edge; ++k)
-      for (int w = 2 * a; w < 2 * a + 2; ++w) {
-        constexpr std::uint64_t lowest_plane[3] = {0xFFFF, 0x000F000F000F000F, 0x1111111111111111};
-        const int at = leaf.origin[a] * block_edge + k;
-        const bool mirrors = rule_ == WallRule::ghost && reach[w].mirror == at;
-        if (reach[w].holds(at)) planes[a][k].holding = w;
-        if (mirrors) planes[a][k].mirroring = w;
-        if (mirrors || reach[w].holds(at)) near |= lowest_plane[a] << (k * (16 >> 2 * a));
-      }
-  for (std::uint64_t nodes = near; nodes; nodes &= nodes - 1)
-    __builtin_prefetch(&leaf.nodes[std::countr_zero(nodes)], 1);
+      slices[a].add(Role(a, leaf.origin[a] * block_edge + k, rule_, reach), plane(a, k));
   Surroundings around(grid, l);
-  for (; near; near &= near - 1) {
-    const int index = std::countr_zero(near);
-    Node& node = leaf.nodes[index];
-    if (node.mass <= 0) continue;
-    const Index3 in_leaf{index >> 4, index >> 2 & 3, index & 3};
-    const std::array<Role, 3> roles{planes[0][in_leaf[0]], planes[1][in_leaf[1]], planes[2][in_leaf[2]]};
-    Index3 at;
-    std::uint32_t holding = 0, mirroring = 0;  // bit a
+  const auto coordinates = [&](int index) {
+    return Index3{leaf.origin[0] * block_edge + (index >> 4), leaf.origin[1] * block_edge + (index >> 2 & 3),
+                  leaf.origin[2] * block_edge + (index & 3)};
+  };
+  const auto constrain = [&](const Constraint& constraint, const std::array<Role, 3>& roles,
+                             std::uint64_t nodes) {
+    const Role::Kind kind = std::max({roles[0].kind, roles[1].kind, roles[2].kind});
+    if (kind == Role::free) return;
+    Index3 walls, step;
     for (int a = 0; a < 3; ++a) {
-      at[a] = leaf.origin[a] * block_edge + in_leaf[a];
-      holding |= std::uint32_t(roles[a].holding >= 0) << a;
-      mirroring |= std::uint32_t(roles[a].mirroring >= 0) << a;
+      walls[a] = kind == Role::mirror || roles[a].kind >= Role::ghost ? roles[a].wall : -1;
+      step[a] = roles[a].to_mirror;
     }
-    for (const Constraint& constraint : constraints_) {
-      const std::uint32_t held = holding & constraint.axes, mirrored = mirroring & constraint.axes;
-      if (held) {
-        if (is_ghost(around, at, held, roles, reach)) continue;
-        for (int c = 0; c < 3; ++c)
-          if (constraint.components >> c & 1) set_held(at, node, c, held, ramp, roles, action);
-      } else if (mirrored) {
-        const Ties ties(around, at, mirrored, roles, reach);
-        for (int c = 0; c < 3; ++c)
-          if (constraint.components >> c & 1) set_tied(ties, at, c, mirrored, ramp, roles, reach, action);
+    if (kind == Role::ghost && around.leaf(step)) return;  // that leaf's task
+    if (kind != Role::mirror) {
+      for (nodes &= leaf.occupied; nodes; nodes &= nodes - 1) {
+        const int index = std::countr_zero(nodes);
+        set_held(leaf.nodes[index], coordinates(index), constraint.components, walls, ramp, action);
+      }
+      return;
+    }
+    const int first = std::countr_zero(nodes);
+    ties.emplace_back(around, coordinates(first), nodes >> first, walls, constraint.components, reach);
+    ties.back().prefetch();
+    // Ghosts whose mirror node has no mass.
+    for (int n = 1; n < ties.back().count; ++n) {
+      const auto& [tied, occupied, out, r] = ties.back().tied[n];
+      for (std::uint64_t rest = occupied & ~ties.back().tied[0].occupied; rest; rest &= rest - 1) {
+        const int i = std::countr_zero(rest);
+        Index3 at = coordinates(first + i), holding{-1, -1, -1};
+        for (int a = 0; a < 3; ++a)
+          if (out[a] > 0) at[a] = reach[walls[a]].ghost(out[a]), holding[a] = walls[a];
+        set_held(tied[i], at, constraint.components, holding, ramp, action);
       }
     }
+  };
+  for (const Constraint& constraint : constraints_) {
+    const auto along = [&](int a) -> const Slices& { return constraint.axes >> a & 1 ? slices[a] : whole; };
+    for (const auto& x : along(0))
+      for (const auto& y : along(1))
+        for (const auto& z : along(2))
+          constrain(constraint, {x.role, y.role, z.role}, x.nodes & y.nodes & z.nodes);
   }
 }
 
@@ -357,9 +409,14 @@ WallAction Walls::apply(SparseGrid& grid, double time) const {
   return tbb::parallel_deterministic_reduce(
       tbb::blocked_range<std::size_t>(0, grid.leaves().size(), grain), WallAction(),
       [&](const tbb::blocked_range<std::size_t>& leaves, WallAction action) {
+        std::vector<Ties> ties;
+        ties.reserve(leaves.size());
         for (std::size_t l = leaves.begin(); l < leaves.end(); ++l)
           if (is_near(grid.leaves()[l].origin))
-            constrain_leaf(grid, std::uint32_t(l), ramp(time), reach, action);
+            constrain_leaf(grid, std::uint32_t(l), ramp(time), reach, ties, action);
+        for (const Ties& t : ties)
+          for (int c = 0; c < 3; ++c)
+            if (t.components >> c & 1) set_tied(t, c, ramp(time), reach, action);
         return action;
       },
       [](WallAction a, const WallAction& b) {

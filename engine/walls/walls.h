@@ -65,20 +65,18 @@ class Walls {
   };
   struct Reach;  // the nodes that a wall takes hold of
   struct Role;
+  struct Slices;
   struct Setting;
   struct Ties;
   class Surroundings;
   double from_centre(int axis, int node) const;  ///< [m]
   double full_velocity_at(const Wall& wall, int component, int node_component) const;
-  bool is_ghost(Surroundings& around, const Index3& at, std::uint32_t axes, const std::array<Role, 3>& roles,
-                const std::array<Reach, 6>& reach) const;
-  void set_held(const Index3& at, Node& node, int component, std::uint32_t axes, double ramp,
-                const std::array<Role, 3>& roles, WallAction& action) const;
-  void set_tied(const Ties& ties, const Index3& mirror, int component, std::uint32_t axes, double ramp,
-                const std::array<Role, 3>& roles, const std::array<Reach, 6>& reach,
+  void set_held(Node& node, const Index3& at, std::uint32_t components, const Index3& walls, double ramp,
+                WallAction& action) const;
+  void set_tied(const Ties& ties, int component, double ramp, const std::array<Reach, 6>& reach,
                 WallAction& action) const;
   void constrain_leaf(const SparseGrid& grid, std::uint32_t leaf, double ramp,
-                      const std::array<Reach, 6>& reach, WallAction& action) const;
+                      const std::array<Reach, 6>& reach, std::vector<Ties>& ties, WallAction& action) const;
 
   std::array<Wall, 6> walls_;
   std::vector<Constraint> constraints_;
