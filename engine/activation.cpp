@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <unordered_set>
 
 #include "errors.h"
@@ -78,6 +79,23 @@ void permute_all(Particles& particles, const std::vector<std::uint32_t>& order) 
 
 bool inside_cell(double s) {
   return s >= 0 && s <= 1;
+}
+
+/// Brings strays that ascend by particle into the order of their blocks, cells and particles.
+void order_by_cell(std::vector<Stray>& strays, std::size_t blocks) {
+  std::vector<std::uint32_t> end(blocks + 1, 0);  // of the strays of the blocks before, then of each
+  for (const Stray& stray : strays) ++end[stray.block + 1];
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  std::vector<Stray> by_block(strays.size());
+  for (const Stray& stray : strays) by_block[end[stray.block]++] = stray;
+  tbb::parallel_for(std::size_t(0), blocks, [&](std::size_t b) {
+    std::array<std::uint32_t, block_cells + 1> to{};
+    const std::uint32_t first = b == 0 ? 0 : end[b - 1];
+    for (std::uint32_t n = first; n < end[b]; ++n) ++to[by_block[n].cell + 1];
+    to[0] = first;
+    std::partial_sum(to.begin(), to.end(), to.begin());
+    for (std::uint32_t n = first; n < end[b]; ++n) strays[to[by_block[n].cell]++] = by_block[n];
+  });
 }
 
 }  // namespace
@@ -168,14 +186,12 @@ std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results,
       cells.back().fill(std::uint32_t(particles.count));
     }
   }
+  order_by_cell(strays, cells.size());
   return {};
 }
 
 void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid,
                     std::vector<CellRanges>& cells) {
-  tbb::parallel_sort(strays.begin(), strays.end(), [](const Stray& a, const Stray& b) {
-    return std::tie(a.block, a.cell, a.particle) < std::tie(b.block, b.cell, b.particle);
-  });
   std::vector<char> leaves_cell(particles.count, 0);
   for (const Stray& stray : strays) leaves_cell[stray.particle] = 1;
 

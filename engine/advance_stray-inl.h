@@ -1,4 +1,5 @@
-// Strays, one by one: the same lines as in advance_particles-inl.h. Per-target include guard.
+// Strays: the same lines as in advance_particles-inl.h, by the same functions. A chunk of strays is copied
+// side by side, each in its true cell, so that every lane is full in the material. Per-target include guard.
 #if defined(ANTICRACK_ADVANCE_STRAY_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ANTICRACK_ADVANCE_STRAY_INL_H
 #undef ANTICRACK_ADVANCE_STRAY_INL_H
@@ -13,78 +14,160 @@ namespace anticrack {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// A stray's numbers: the arrays from its index on, one lane.
-template <bool with_affine>
-struct OneParticle {
-  using V = hn::Vec<OneLane>;
-  V s[3], v[3], place[3], affine[9], kappa;
-  Symmetric<V> h;
+/// Copies of up to `chunk_size` strays; s is the place in the true cell. What a scene has no array for is 0.
+struct alignas(64) StrayChunk {
+  double s[3][chunk_room] = {}, v[3][chunk_room] = {}, h[6][chunk_room] = {}, kappa[chunk_room] = {},
+         affine[9][chunk_room] = {};
+  const Stray* stray[chunk_size];
+  int count = 0;
 
-  OneParticle(const ParticlePointers& p, std::uint32_t particle, const Index3& shift)
-      : kappa(hn::Zero(OneLane())) {
-    const OneLane d;
-    for (int a = 0; a < 3; ++a) s[a] = hn::LoadU(d, p.s[a] + particle);
-    for (int a = 0; a < 3; ++a) v[a] = hn::LoadU(d, p.v[a] + particle);
-    for (int a = 0; a < 3; ++a) place[a] = s[a] - hn::Set(d, double(shift[a]));
-    if constexpr (with_affine)
-      for (int e = 0; e < 9; ++e) affine[e] = hn::LoadU(d, p.affine[e] + particle);
-    if (p.kappa) kappa = hn::LoadU(d, p.kappa + particle);
-    h = load_symmetric(AllLanes<OneLane>{d}, p.h, particle);
+  ParticlePointers pointers() {
+    ParticlePointers p;
+    for (int a = 0; a < 3; ++a) p.s[a] = s[a];
+    for (int a = 0; a < 3; ++a) p.v[a] = v[a];
+    for (int e = 0; e < 6; ++e) p.h[e] = h[e];
+    for (int e = 0; e < 9; ++e) p.affine[e] = affine[e];
+    p.kappa = kappa;
+    return p;
   }
-  void store(const ParticlePointers& p, std::uint32_t particle) const {
-    const OneLane d;
-    for (int a = 0; a < 3; ++a) hn::StoreU(s[a], d, p.s[a] + particle);
-    for (int a = 0; a < 3; ++a) hn::StoreU(v[a], d, p.v[a] + particle);
-    if constexpr (with_affine)
-      for (int e = 0; e < 9; ++e) hn::StoreU(affine[e], d, p.affine[e] + particle);
-    if (p.kappa) hn::StoreU(kappa, d, p.kappa + particle);
-    store_symmetric(AllLanes<OneLane>{d}, h, p.h, particle);
-  }
+  /// All lanes of the last vector may be written.
+  ChunkRange range() const { return {0, std::size_t(count), chunk_room}; }
 };
 
-template <Model model, Transfer transfer>
-void advance_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
-                 const Node nodes[27], const Index3& shift, BlockResult& result) {
-  using V = hn::Vec<OneLane>;
+/// Calls visit(a number of all particles, the same of the chunk) for all that a stray has but s.
+template <bool with_affine, class Visit>
+HWY_INLINE void for_each_number(const ParticlePointers& p, StrayChunk& chunk, Visit visit) {
+  for (int a = 0; a < 3; ++a) visit(p.v[a], chunk.v[a]);
+  for (int e = 0; e < 6; ++e) visit(p.h[e], chunk.h[e]);
+  if (p.kappa) visit(p.kappa, chunk.kappa);
+  if constexpr (with_affine)
+    for (int e = 0; e < 9; ++e) visit(p.affine[e], chunk.affine[e]);
+}
+
+/// Takes strays from `next` on, those only that are `away` from home if so asked, while there is room.
+template <bool with_affine>
+HWY_INLINE void take_strays(const ParticlePointers& p, bool away, const Stray*& next, const Stray* last,
+                            StrayChunk& chunk) {
+  chunk.count = 0;
+  for (; next != last && chunk.count < chunk_size; ++next)
+    if (!away || next->shift != Index3{}) chunk.stray[chunk.count++] = next;
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i < chunk.count; ++i)
+      chunk.s[a][i] = p.s[a][chunk.stray[i]->particle] - double(chunk.stray[i]->shift[a]);
+  for_each_number<with_affine>(p, chunk, [&](const double* from, double* to) {
+    for (int i = 0; i < chunk.count; ++i) to[i] = from[chunk.stray[i]->particle];
+  });
+}
+
+template <bool with_affine>
+HWY_INLINE void put_back(const ParticlePointers& p, StrayChunk& chunk) {
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i < chunk.count; ++i) p.s[a][chunk.stray[i]->particle] = chunk.s[a][i];
+  for_each_number<with_affine>(p, chunk, [&](double* to, const double* from) {
+    for (int i = 0; i < chunk.count; ++i) to[chunk.stray[i]->particle] = from[i];
+  });
+}
+
+/// Calls visit(node, k) for the 27 nodes of a cell, z fastest; `leaf` are the nodes of the leaves that its
+/// block reaches.
+template <class N, class Visit>
+HWY_INLINE void for_each_node(N* const (&leaf)[8], int cell, Visit visit) {
+  for (int k = 0; k < 27; ++k) {
+    const int x = (cell >> 4) + k / 9, y = (cell >> 2 & 3) + k / 3 % 3, z = (cell & 3) + k % 3;
+    visit(leaf[(x >> 2) * 4 + (y >> 2) * 2 + (z >> 2)] + leaf_index(x & 3, y & 3, z & 3), k);
+  }
+}
+
+/// Whether the `i`-th stray of the chunk is the first of its cell.
+inline bool first_of_cell(const StrayChunk& chunk, int i) {
+  if (i == 0) return true;
+  const Stray &stray = *chunk.stray[i], &before = *chunk.stray[i - 1];
+  return stray.block != before.block || stray.cell != before.cell;
+}
+
+/// Lines 12 and 13, and dt grad v.
+template <Transfer transfer>
+HWY_INLINE void grid_to_strays(const StepConstants& c, const ParticlePointers& p, const SparseGrid& grid,
+                               const StrayChunk& strays, Chunk<transfer == Transfer::apic>& chunk) {
   const OneLane d;
-  OneParticle<transfer == Transfer::apic> one(p, particle, shift);
-  Moved<V> moved[3];
-  move_alone<transfer>(c, nodes, 9, 3, one.place, one.s, one.v, moved);
-  V L[3][3];
-  for (int a = 0; a < 3; ++a) {
-    one.s[a] = moved[a].s;
-    one.v[a] = moved[a].v;
-    for (int e = 0; e < 3; ++e) L[a][e] = moved[a].L[e];
-    if constexpr (transfer == Transfer::apic)
-      for (int e = 0; e < 3; ++e) one.affine[3 * a + e] = moved[a].affine[e];
+  using V = hn::Vec<OneLane>;
+  Node nodes[27];
+  for (int i = 0; i < strays.count; ++i) {
+    const Stray& stray = *strays.stray[i];
+    if (first_of_cell(strays, i)) {
+      const Node* leaf[8];
+      for (int o = 0; o < 8; ++o) leaf[o] = grid.leaves()[grid.blocks()[stray.block].leaf[o]].nodes;
+      for_each_node(leaf, stray.cell, [&](const Node* node, int k) { nodes[k] = *node; });
+    }
+    V place[3], s[3], v[3];
+    for (int a = 0; a < 3; ++a) place[a] = hn::LoadU(d, strays.s[a] + i);
+    for (int a = 0; a < 3; ++a) s[a] = hn::LoadU(d, p.s[a] + stray.particle);
+    for (int a = 0; a < 3; ++a) v[a] = hn::LoadU(d, strays.v[a] + i);
+    Moved<V> moved[3];
+    move_alone<transfer>(c, nodes, 9, 3, place, s, v, moved);
+    for (int a = 0; a < 3; ++a) store_moved<transfer>(d, moved[a], a, i, chunk);
   }
-  LaneSums<V> sums = zero_sums(d);
-  hn::Mask<OneLane> inverted;
-  one.h = elastic_trial(d, L, one.h, inverted);
-  note_failure(d, inverted, particle, "det(I + dt grad v)", result);
-  HenckyStrain<V> strain = hencky_strain(d, one.h);
-  if constexpr (model != Model::hencky) {
-    const Returned<OneLane> r =
-        return_to_yield_surface<model>(d, c.material, strain.trace, strain.norm, one.kappa);
-    if (!hn::AllFalse(d, r.yielded)) apply_return(d, c, L, r.yielded, r, strain, one.h, one.kappa, sums);
+}
+
+/// Adds what the strays contribute to the sums of the groups of their blocks.
+template <bool with_affine>
+HWY_INLINE void strays_to_grid(const StepConstants& c, const SparseGrid& grid, const StrayChunk& strays,
+                               const Chunk<with_affine>& chunk) {
+  const NodeVector d;
+  for (int i = 0, end; i < strays.count; i = end) {
+    for (end = i + 1; end < strays.count && !first_of_cell(strays, end);) ++end;
+    Node nodes[27] = {};
+    add_to_cell(c.full_width, chunk.contributions, i, end, nodes, 9, 3);
+    const Stray& stray = *strays.stray[i];
+    Node* leaf[8];
+    for (int o = 0; o < 8; ++o) leaf[o] = grid.blocks()[stray.block].partial[o];
+    for_each_node(leaf, stray.cell, [&](Node* node, int k) ANTICRACK_INLINE {
+      for (int n = 0; n < 8; n += int(hn::MaxLanes(d))) {
+        double* const to = reinterpret_cast<double*>(node) + n;
+        hn::Store(hn::Load(d, to) + hn::Load(d, reinterpret_cast<double*>(nodes + k) + n), d, to);
+      }
+    });
   }
-  note_failure(d, not_finite(d, strain, one.v, one.kappa), particle, "velocity, elastic strain or kappa",
-               result);
-  one.store(p, particle);
+}
+
+template <Model model, Transfer transfer>
+void advance_chunks(const StepConstants& c, const ParticlePointers& p, const SparseGrid& grid,
+                    std::span<const Stray> strays, BlockResult& result) {
+  constexpr bool with_affine = transfer == Transfer::apic;
+  const ParticleVector d;
+  auto sums = zero_sums(d);
+  StrayChunk copies;
+  Chunk<with_affine> chunk;
+  const Stray* next = strays.data();
+  for (const Stray* const last = next + strays.size(); next != last;) {
+    take_strays<with_affine>(p, true, next, last, copies);
+    grid_to_strays<transfer>(c, p, grid, copies, chunk);
+    BlockResult of_chunk;
+    strain_particles<true>(copies.pointers(), copies.range(), chunk, of_chunk);
+    return_particles<model, true, false>(c, copies.pointers(), copies.range(), false, chunk, sums, of_chunk);
+    put_back<with_affine>(p, copies);
+    if (of_chunk.failure && !result.failure)
+      result.failure = {copies.stray[of_chunk.failure->particle]->particle, of_chunk.failure->quantity};
+  }
   reduce(d, sums, false, result.sums);
 }
 
 template <bool with_affine>
-void scatter_one(const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
-                 const Index3& shift, Node nodes[27], bool observe, ParticleSums& out) {
-  using V = hn::Vec<OneLane>;
-  const OneLane d;
-  const OneParticle<with_affine> one(p, particle, shift);
-  LaneSums<V> sums = zero_sums(d);
-  Contributions<1, with_affine> contributions;
-  contribute<true>(d, c, one.place, one.v, one.affine, one.kappa, hn::FirstN(d, 1), hencky_strain(d, one.h),
-                   0, contributions, observe, sums);
-  add_to_cell(c.full_width, contributions, 0, 1, nodes, 9, 3);
+void scatter_chunks(const StepConstants& c, const ParticlePointers& p, const SparseGrid& grid,
+                    std::span<const Stray> strays, bool observe, ParticleSums& out) {
+  const ParticleVector d;
+  auto sums = zero_sums(d);
+  StrayChunk copies;
+  Chunk<with_affine> chunk;
+  const Stray* next = strays.data();
+  for (const Stray* const last = next + strays.size(); next != last;) {
+    take_strays<with_affine>(p, false, next, last, copies);
+    BlockResult unused;  // nothing can fail or leave its cell here
+    strain_particles<false>(copies.pointers(), copies.range(), chunk, unused);
+    return_particles<Model::drucker_prager_implicit, false, true>(c, copies.pointers(), copies.range(),
+                                                                  observe, chunk, sums, unused);
+    strays_to_grid(c, grid, copies, chunk);
+  }
   reduce(d, sums, observe, out);
 }
 
