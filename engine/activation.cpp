@@ -158,6 +158,8 @@ std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results,
     const CellRanges& ranges = cells[b];
     for (std::size_t n = first[b]; n < first[b + 1]; ++n) {
       const std::uint32_t particle = results[b].strays[n - first[b]];
+      const std::uint32_t ahead = results[b].strays[std::min(n + 8, first[b + 1] - 1) - first[b]];
+      for (int a = 0; a < 3; ++a) __builtin_prefetch(particles.s[a].data() + ahead);
       const int home = int(std::upper_bound(ranges.begin(), ranges.end(), particle) - ranges.begin()) - 1;
       Stray& stray = strays[n];
       stray = {particle, SparseGrid::none, nowhere, {}};
@@ -173,7 +175,8 @@ std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results,
       if (!finite) continue;
       stray.cell = cell_in_block(cell);
       block_origins[n] = block_of(cell);
-      stray.block = grid.find_block(block_origins[n]);
+      stray.block =
+          block_origins[n] == grid.blocks()[b].origin ? std::uint32_t(b) : grid.find_block(block_origins[n]);
     }
   });
   // Few enter blocks that are not active: one after the other, in order.

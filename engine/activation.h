@@ -22,12 +22,14 @@ void place_particles(std::span<const Vec3> positions, double cell_size, const Ve
                      ParticleFields fields, Particles& particles, SparseGrid& grid,
                      std::vector<CellRanges>& cells);
 
-/// The strays that a pass has listed, in order of their true cells; activates what they reach. Returns the first whose position is not finite.
+/// The strays that a pass has listed, in order of their true cells; activates what they reach. Returns the
+/// first whose position is not finite.
 std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results, const Particles& particles,
                                            SparseGrid& grid, std::vector<CellRanges>& cells,
                                            std::vector<Stray>& strays);
 
-/// Moves every stray to its true cell, keeps the order of all others, and releases what is no longer reached.
+/// Moves every stray, in the order of `locate_strays`, to its true cell, keeps the order of all others, and
+/// releases what is no longer reached.
 void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid,
                     std::vector<CellRanges>& cells);
 

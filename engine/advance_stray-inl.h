@@ -20,6 +20,7 @@ struct alignas(64) StrayChunk {
          affine[9][chunk_room] = {};
   const Stray* stray[chunk_size];
   int count = 0;
+  std::span<const Stray> to_come;
 
   ParticlePointers pointers() {
     ParticlePointers p;
@@ -30,143 +31,186 @@ struct alignas(64) StrayChunk {
     p.kappa = kappa;
     return p;
   }
-  /// All lanes of the last vector may be written.
   ChunkRange range() const { return {0, std::size_t(count), chunk_room}; }
 };
 
-/// Calls visit(a number of all particles, the same of the chunk) for all that a stray has but s.
+/// Calls visit(array of all particles, array of the chunk) for what a stray has.
 template <bool with_affine, class Visit>
-HWY_INLINE void for_each_number(const ParticlePointers& p, StrayChunk& chunk, Visit visit) {
-  for (int a = 0; a < 3; ++a) visit(p.v[a], chunk.v[a]);
-  for (int e = 0; e < 6; ++e) visit(p.h[e], chunk.h[e]);
-  if (p.kappa) visit(p.kappa, chunk.kappa);
+HWY_INLINE void for_each_array(const ParticlePointers& p, StrayChunk& strays, Visit visit) {
+  for (int a = 0; a < 3; ++a) visit(p.s[a], strays.s[a]);
+  for (int a = 0; a < 3; ++a) visit(p.v[a], strays.v[a]);
+  for (int e = 0; e < 6; ++e) visit(p.h[e], strays.h[e]);
+  if (p.kappa) visit(p.kappa, strays.kappa);
   if constexpr (with_affine)
-    for (int e = 0; e < 9; ++e) visit(p.affine[e], chunk.affine[e]);
+    for (int e = 0; e < 9; ++e) visit(p.affine[e], strays.affine[e]);
 }
 
-/// Takes strays from `next` on, those only that are `away` from home if so asked, while there is room.
-template <bool with_affine>
-HWY_INLINE void take_strays(const ParticlePointers& p, bool away, const Stray*& next, const Stray* last,
-                            StrayChunk& chunk) {
-  chunk.count = 0;
-  for (; next != last && chunk.count < chunk_size; ++next)
-    if (!away || next->shift != Index3{}) chunk.stray[chunk.count++] = next;
+/// Takes as many of the strays to come as there is room for; `all` false: those only that are not at home.
+template <bool all, bool with_affine>
+HWY_INLINE void take_strays(const ParticlePointers& p, StrayChunk& strays) {
+  std::size_t taken = 0;
+  for (strays.count = 0; taken < strays.to_come.size() && strays.count < chunk_size; ++taken)
+    if (all || strays.to_come[taken].shift != Index3{}) strays.stray[strays.count++] = &strays.to_come[taken];
+  strays.to_come = strays.to_come.subspan(taken);
+  for_each_array<with_affine>(p, strays, [&](const double* from, double* to) ANTICRACK_INLINE {
+    for (int i = 0; i < strays.count; ++i) to[i] = from[strays.stray[i]->particle];
+  });
   for (int a = 0; a < 3; ++a)
-    for (int i = 0; i < chunk.count; ++i)
-      chunk.s[a][i] = p.s[a][chunk.stray[i]->particle] - double(chunk.stray[i]->shift[a]);
-  for_each_number<with_affine>(p, chunk, [&](const double* from, double* to) {
-    for (int i = 0; i < chunk.count; ++i) to[i] = from[chunk.stray[i]->particle];
+    for (int i = 0; i < strays.count; ++i) strays.s[a][i] -= strays.stray[i]->shift[a];
+}
+
+template <bool with_affine>
+HWY_INLINE void put_back(const ParticlePointers& p, StrayChunk& strays) {
+  for_each_array<with_affine>(p, strays, [&](double* to, const double* from) ANTICRACK_INLINE {
+    for (int i = 0; i < strays.count; ++i) to[strays.stray[i]->particle] = from[i];
   });
 }
 
+/// Asks for what the next chunk takes of its i-th stray.
 template <bool with_affine>
-HWY_INLINE void put_back(const ParticlePointers& p, StrayChunk& chunk) {
-  for (int a = 0; a < 3; ++a)
-    for (int i = 0; i < chunk.count; ++i) p.s[a][chunk.stray[i]->particle] = chunk.s[a][i];
-  for_each_number<with_affine>(p, chunk, [&](double* to, const double* from) {
-    for (int i = 0; i < chunk.count; ++i) to[chunk.stray[i]->particle] = from[i];
-  });
+HWY_INLINE void prefetch_stray(const ParticlePointers& p, StrayChunk& strays, int i) {
+  if (std::size_t(i) >= strays.to_come.size()) return;
+  const std::uint32_t particle = strays.to_come[i].particle;
+  for_each_array<with_affine>(
+      p, strays, [&](const double* from, double*) ANTICRACK_INLINE { hwy::Prefetch(from + particle); });
 }
 
-/// Calls visit(node, k) for the 27 nodes of a cell, z fastest; `leaf` are the nodes of the leaves that its
-/// block reaches.
-template <class N, class Visit>
-HWY_INLINE void for_each_node(N* const (&leaf)[8], int cell, Visit visit) {
-  for (int k = 0; k < 27; ++k) {
-    const int x = (cell >> 4) + k / 9, y = (cell >> 2 & 3) + k / 3 % 3, z = (cell & 3) + k % 3;
-    visit(leaf[(x >> 2) * 4 + (y >> 2) * 2 + (z >> 2)] + leaf_index(x & 3, y & 3, z & 3), k);
+/// Strays [begin, end) of a chunk, all of one block, and the nodes of its tile, from `low` to `high`, that
+/// they reach.
+struct StrayRun {
+  int begin, end, low[3], high[3];
+};
+
+/// Calls visit(run, block) for the strays of each block in turn.
+template <class Visit>
+HWY_INLINE void for_each_run(const SparseGrid& grid, const StrayChunk& strays, Visit visit) {
+  for (int begin = 0; begin < strays.count;) {
+    StrayRun run{begin, begin, {3, 3, 3}, {0, 0, 0}};
+    const std::uint32_t block = strays.stray[begin]->block;
+    for (; run.end < strays.count && strays.stray[run.end]->block == block; ++run.end)
+      for (int a = 0; a < 3; ++a) {
+        const int at = strays.stray[run.end]->cell >> (4 - 2 * a) & 3;
+        run.low[a] = std::min(run.low[a], at);
+        run.high[a] = std::max(run.high[a], at + 2);
+      }
+    visit(run, grid.blocks()[block]);
+    begin = run.end;
   }
 }
 
-/// Whether the `i`-th stray of the chunk is the first of its cell.
-inline bool first_of_cell(const StrayChunk& chunk, int i) {
-  if (i == 0) return true;
-  const Stray &stray = *chunk.stray[i], &before = *chunk.stray[i - 1];
-  return stray.block != before.block || stray.cell != before.cell;
+/// Calls visit(numbers of nodes of a leaf, the same in the tile, how many) for the nodes that a run reaches;
+/// `leaf` are those that its block does.
+template <class Visit>
+HWY_INLINE void for_each_row(const StrayRun& run, Node* const (&leaf)[8], Tile& tile, Visit visit) {
+  for (int x = run.low[0]; x <= run.high[0]; ++x)
+    for (int y = run.low[1]; y <= run.high[1]; ++y)
+      for (int oz = 0; oz < 2; ++oz) {
+        const int first = std::max(run.low[2], 4 * oz), last = std::min(run.high[2], 4 * oz + 3);
+        if (first > last) continue;
+        Node* const nodes = leaf[(x >> 2) * 4 + (y >> 2) * 2 + oz] + leaf_index(x & 3, y & 3, first & 3);
+        visit(reinterpret_cast<double*>(nodes),
+              reinterpret_cast<double*>(&tile[(x * tile_edge + y) * tile_edge + first]),
+              8 * (last - first + 1));
+      }
+}
+
+inline int first_node(const Stray& stray) {
+  const int cell = stray.cell;
+  return ((cell >> 4) * tile_edge + (cell >> 2 & 3)) * tile_edge + (cell & 3);
 }
 
 /// Lines 12 and 13, and dt grad v.
 template <Transfer transfer>
 HWY_INLINE void grid_to_strays(const StepConstants& c, const ParticlePointers& p, const SparseGrid& grid,
-                               const StrayChunk& strays, Chunk<transfer == Transfer::apic>& chunk) {
+                               StrayChunk& strays, Chunk<transfer == Transfer::apic>& chunk) {
+  const NodeVector across;
   const OneLane d;
   using V = hn::Vec<OneLane>;
-  Node nodes[27];
-  for (int i = 0; i < strays.count; ++i) {
-    const Stray& stray = *strays.stray[i];
-    if (first_of_cell(strays, i)) {
-      const Node* leaf[8];
-      for (int o = 0; o < 8; ++o) leaf[o] = grid.leaves()[grid.blocks()[stray.block].leaf[o]].nodes;
-      for_each_node(leaf, stray.cell, [&](const Node* node, int k) { nodes[k] = *node; });
+  Tile tile;
+  for_each_run(grid, strays, [&](const StrayRun& run, const SparseGrid::Block& block) ANTICRACK_INLINE {
+    Node* leaf[8];
+    for (int o = 0; o < 8; ++o) leaf[o] = grid.leaves()[block.leaf[o]].nodes;
+    for_each_row(run, leaf, tile, [&](const double* from, double* to, int count) ANTICRACK_INLINE {
+      for (int n = 0; n < count; n += int(hn::MaxLanes(across)))
+        hn::Store(hn::Load(across, from + n), across, to + n);
+    });
+    for (int i = run.begin; i < run.end; ++i) {
+      prefetch_stray<transfer == Transfer::apic>(p, strays, i);
+      const Stray& stray = *strays.stray[i];
+      V place[3], s[3], v[3];
+      for (int a = 0; a < 3; ++a) place[a] = hn::LoadU(d, strays.s[a] + i);
+      for (int a = 0; a < 3; ++a) s[a] = hn::LoadU(d, p.s[a] + stray.particle);
+      for (int a = 0; a < 3; ++a) v[a] = hn::LoadU(d, strays.v[a] + i);
+      Moved<V> moved[3];
+      move_alone<transfer>(c, &tile[first_node(stray)], tile_edge * tile_edge, tile_edge, place, s, v, moved);
+      for (int a = 0; a < 3; ++a) store_moved<transfer>(d, moved[a], a, i, chunk);
     }
-    V place[3], s[3], v[3];
-    for (int a = 0; a < 3; ++a) place[a] = hn::LoadU(d, strays.s[a] + i);
-    for (int a = 0; a < 3; ++a) s[a] = hn::LoadU(d, p.s[a] + stray.particle);
-    for (int a = 0; a < 3; ++a) v[a] = hn::LoadU(d, strays.v[a] + i);
-    Moved<V> moved[3];
-    move_alone<transfer>(c, nodes, 9, 3, place, s, v, moved);
-    for (int a = 0; a < 3; ++a) store_moved<transfer>(d, moved[a], a, i, chunk);
-  }
+  });
 }
 
 /// Adds what the strays contribute to the sums of the groups of their blocks.
 template <bool with_affine>
-HWY_INLINE void strays_to_grid(const StepConstants& c, const SparseGrid& grid, const StrayChunk& strays,
-                               const Chunk<with_affine>& chunk) {
+HWY_INLINE void strays_to_grid(const StepConstants& c, const ParticlePointers& p, const SparseGrid& grid,
+                               StrayChunk& strays, const Chunk<with_affine>& chunk) {
   const NodeVector d;
-  for (int i = 0, end; i < strays.count; i = end) {
-    for (end = i + 1; end < strays.count && !first_of_cell(strays, end);) ++end;
-    Node nodes[27] = {};
-    add_to_cell(c.full_width, chunk.contributions, i, end, nodes, 9, 3);
-    const Stray& stray = *strays.stray[i];
+  constexpr int lanes = int(hn::MaxLanes(d));
+  Tile tile;
+  for_each_run(grid, strays, [&](const StrayRun& run, const SparseGrid::Block& block) ANTICRACK_INLINE {
     Node* leaf[8];
-    for (int o = 0; o < 8; ++o) leaf[o] = grid.blocks()[stray.block].partial[o];
-    for_each_node(leaf, stray.cell, [&](Node* node, int k) ANTICRACK_INLINE {
-      for (int n = 0; n < 8; n += int(hn::MaxLanes(d))) {
-        double* const to = reinterpret_cast<double*>(node) + n;
-        hn::Store(hn::Load(d, to) + hn::Load(d, reinterpret_cast<double*>(nodes + k) + n), d, to);
-      }
+    for (int o = 0; o < 8; ++o) leaf[o] = block.partial[o];
+    for_each_row(run, leaf, tile, [&](const double*, double* nodes, int count) ANTICRACK_INLINE {
+      for (int n = 0; n < count; n += lanes) hn::Store(hn::Zero(d), d, nodes + n);
     });
-  }
+    for (int i = run.begin, end; i < run.end; i = end) {
+      const Stray& stray = *strays.stray[i];
+      for (end = i; end < run.end && strays.stray[end]->cell == stray.cell; ++end)
+        prefetch_stray<with_affine>(p, strays, end);
+      add_to_cell(c.full_width, chunk.contributions, i, end, &tile[first_node(stray)], tile_edge * tile_edge,
+                  tile_edge);
+    }
+    for_each_row(run, leaf, tile, [&](double* sums, const double* nodes, int count) ANTICRACK_INLINE {
+      for (int n = 0; n < count; n += lanes)
+        hn::Store(hn::Load(d, sums + n) + hn::Load(d, nodes + n), d, sums + n);
+    });
+  });
 }
 
+/// The strays that are not at home, chunk by chunk.
 template <Model model, Transfer transfer>
 void advance_chunks(const StepConstants& c, const ParticlePointers& p, const SparseGrid& grid,
-                    std::span<const Stray> strays, BlockResult& result) {
+                    std::span<const Stray> all, BlockResult& result) {
   constexpr bool with_affine = transfer == Transfer::apic;
   const ParticleVector d;
   auto sums = zero_sums(d);
-  StrayChunk copies;
+  StrayChunk strays;
   Chunk<with_affine> chunk;
-  const Stray* next = strays.data();
-  for (const Stray* const last = next + strays.size(); next != last;) {
-    take_strays<with_affine>(p, true, next, last, copies);
-    grid_to_strays<transfer>(c, p, grid, copies, chunk);
+  for (strays.to_come = all; !strays.to_come.empty();) {
+    take_strays<false, with_affine>(p, strays);
+    grid_to_strays<transfer>(c, p, grid, strays, chunk);
     BlockResult of_chunk;
-    strain_particles<true>(copies.pointers(), copies.range(), chunk, of_chunk);
-    return_particles<model, true, false>(c, copies.pointers(), copies.range(), false, chunk, sums, of_chunk);
-    put_back<with_affine>(p, copies);
+    strain_particles<true>(strays.pointers(), strays.range(), chunk, of_chunk);
+    return_particles<model, true, false>(c, strays.pointers(), strays.range(), false, chunk, sums, of_chunk);
+    put_back<with_affine>(p, strays);
     if (of_chunk.failure && !result.failure)
-      result.failure = {copies.stray[of_chunk.failure->particle]->particle, of_chunk.failure->quantity};
+      result.failure = {strays.stray[of_chunk.failure->particle]->particle, of_chunk.failure->quantity};
   }
   reduce(d, sums, false, result.sums);
 }
 
 template <bool with_affine>
 void scatter_chunks(const StepConstants& c, const ParticlePointers& p, const SparseGrid& grid,
-                    std::span<const Stray> strays, bool observe, ParticleSums& out) {
+                    std::span<const Stray> all, bool observe, ParticleSums& out) {
   const ParticleVector d;
   auto sums = zero_sums(d);
-  StrayChunk copies;
+  StrayChunk strays;
   Chunk<with_affine> chunk;
-  const Stray* next = strays.data();
-  for (const Stray* const last = next + strays.size(); next != last;) {
-    take_strays<with_affine>(p, false, next, last, copies);
-    BlockResult unused;  // nothing can fail or leave its cell here
-    strain_particles<false>(copies.pointers(), copies.range(), chunk, unused);
-    return_particles<Model::drucker_prager_implicit, false, true>(c, copies.pointers(), copies.range(),
+  for (strays.to_come = all; !strays.to_come.empty();) {
+    take_strays<true, with_affine>(p, strays);
+    BlockResult unused;  // all are in their true cells, and have been found finite
+    strain_particles<false>(strays.pointers(), strays.range(), chunk, unused);
+    return_particles<Model::drucker_prager_implicit, false, true>(c, strays.pointers(), strays.range(),
                                                                   observe, chunk, sums, unused);
-    strays_to_grid(c, grid, copies, chunk);
+    strays_to_grid(c, p, grid, strays, chunk);
   }
   reduce(d, sums, observe, out);
 }

@@ -273,9 +273,10 @@ void Simulation::scatter_strays(const StepConstants& c, bool observe) {
 }
 
 void Simulation::sort_if_due() {
-  // A stray costs about five particles, a sort about half a pass over all: sort when the strays since the
-  // last one have cost as much as it does. The tiles have just been summed, so blocks may change now.
-  if (strays_.empty() || 10 * sort_debt_ < double(particles_.count)) return;
+  // A sort costs 13 ns a particle, a stray 200 ns a step, more where few are (one thread, Zen 5): sort when
+  // the strays since the last one have cost as much as it does. The tiles have just been summed, so blocks
+  // may change now.
+  if (strays_.empty() || 15 * sort_debt_ < double(particles_.count)) return;
   sort_particles(strays_, particles_, grid_, cells_);
   sort_debt_ = 0;
 }
