@@ -159,24 +159,25 @@ std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results,
     for (std::size_t n = first[b]; n < first[b + 1]; ++n) {
       const std::uint32_t particle = results[b].strays[n - first[b]];
       const std::uint32_t ahead = results[b].strays[std::min(n + 8, first[b + 1] - 1) - first[b]];
-      for (int a = 0; a < 3; ++a) __builtin_prefetch(particles.s[a].data() + ahead);
+      for (const AlignedArray& s : particles.s) __builtin_prefetch(s.data() + ahead);
       const int home = int(std::upper_bound(ranges.begin(), ranges.end(), particle) - ranges.begin()) - 1;
       Stray& stray = strays[n];
       stray = {particle, SparseGrid::none, nowhere, {}};
       Index3 cell = grid.blocks()[b].origin;
-      bool finite = true;
+      bool finite = true, stays_in_block = true;
       for (int a = 0; a < 3; ++a) {
         const double s = particles.s[a][particle];
         finite = finite && std::abs(s) < 1e6;
         if (!finite) break;
         stray.shift[a] = inside_cell(s) ? 0 : int(std::floor(s));
-        cell[a] = cell[a] * block_edge + (home >> (4 - 2 * a) & 3) + stray.shift[a];
+        const int in_block = (home >> (4 - 2 * a) & 3) + stray.shift[a];
+        stays_in_block = stays_in_block && in_block >= 0 && in_block < block_edge;
+        cell[a] = cell[a] * block_edge + in_block;
       }
       if (!finite) continue;
       stray.cell = cell_in_block(cell);
       block_origins[n] = block_of(cell);
-      stray.block =
-          block_origins[n] == grid.blocks()[b].origin ? std::uint32_t(b) : grid.find_block(block_origins[n]);
+      stray.block = stays_in_block ? std::uint32_t(b) : grid.find_block(block_origins[n]);
     }
   });
   // Few enter blocks that are not active: one after the other, in order.
@@ -195,13 +196,18 @@ std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results,
 
 void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid,
                     std::vector<CellRanges>& cells) {
-  std::vector<char> leaves_cell(particles.count, 0);
-  for (const Stray& stray : strays) leaves_cell[stray.particle] = 1;
-
   const std::size_t old_blocks = grid.blocks().size();
-  std::vector<std::uint32_t> first_arrival(old_blocks + 1, 0);
-  for (const Stray& stray : strays) ++first_arrival[stray.block + 1];
-  for (std::size_t b = 0; b < old_blocks; ++b) first_arrival[b + 1] += first_arrival[b];
+  std::vector<std::uint32_t> first_arrival(old_blocks + 1, std::uint32_t(strays.size()));
+  std::vector<char> leaves_cell(particles.count, 0);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, strays.size(), 1 << 12), [&](const auto& range) {
+    for (std::size_t n = range.begin(); n < range.end(); ++n) {
+      const Stray& stray = strays[n];
+      for (std::uint32_t b = n == 0 ? 0 : strays[n - 1].block + 1; b <= stray.block; ++b)
+        first_arrival[b] = std::uint32_t(n);
+      leaves_cell[stray.particle] = 1;
+      for (int a = 0; a < 3; ++a) particles.s[a][stray.particle] -= stray.shift[a];
+    }
+  });
 
   std::vector<std::uint32_t> count(old_blocks, 0);
   tbb::parallel_for(std::size_t(0), old_blocks, [&](std::size_t b) {
@@ -237,9 +243,6 @@ void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid
     }
     new_cells[n][block_cells] = to;
   });
-  for (const Stray& stray : strays)
-    for (int a = 0; a < 3; ++a) particles.s[a][stray.particle] -= stray.shift[a];
-
   permute_all(particles, order);
   std::vector<Index3> origins;
   for (const Kept& k : kept) origins.push_back(grid.blocks()[k.block].origin);
