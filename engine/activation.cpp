@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <unordered_set>
 
 #include "errors.h"
@@ -80,6 +81,23 @@ bool inside_cell(double s) {
   return s >= 0 && s <= 1;
 }
 
+/// Brings strays that ascend by particle into the order of their blocks, cells and particles.
+void order_by_cell(std::vector<Stray>& strays, std::size_t blocks) {
+  std::vector<std::uint32_t> end(blocks + 1, 0);  // of the strays of the blocks before, then of each
+  for (const Stray& stray : strays) ++end[stray.block + 1];
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  std::vector<Stray> by_block(strays.size());
+  for (const Stray& stray : strays) by_block[end[stray.block]++] = stray;
+  tbb::parallel_for(std::size_t(0), blocks, [&](std::size_t b) {
+    std::array<std::uint32_t, block_cells + 1> to{};
+    const std::uint32_t first = b == 0 ? 0 : end[b - 1];
+    for (std::uint32_t n = first; n < end[b]; ++n) ++to[by_block[n].cell + 1];
+    to[0] = first;
+    std::partial_sum(to.begin(), to.end(), to.begin());
+    for (std::uint32_t n = first; n < end[b]; ++n) strays[to[by_block[n].cell]++] = by_block[n];
+  });
+}
+
 }  // namespace
 
 void place_particles(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset,
@@ -140,22 +158,26 @@ std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results,
     const CellRanges& ranges = cells[b];
     for (std::size_t n = first[b]; n < first[b + 1]; ++n) {
       const std::uint32_t particle = results[b].strays[n - first[b]];
+      const std::uint32_t ahead = results[b].strays[std::min(n + 8, first[b + 1] - 1) - first[b]];
+      for (const AlignedArray& s : particles.s) __builtin_prefetch(s.data() + ahead);
       const int home = int(std::upper_bound(ranges.begin(), ranges.end(), particle) - ranges.begin()) - 1;
       Stray& stray = strays[n];
       stray = {particle, SparseGrid::none, nowhere, {}};
       Index3 cell = grid.blocks()[b].origin;
-      bool finite = true;
+      bool finite = true, stays_in_block = true;
       for (int a = 0; a < 3; ++a) {
         const double s = particles.s[a][particle];
         finite = finite && std::abs(s) < 1e6;
         if (!finite) break;
         stray.shift[a] = inside_cell(s) ? 0 : int(std::floor(s));
-        cell[a] = cell[a] * block_edge + (home >> (4 - 2 * a) & 3) + stray.shift[a];
+        const int in_block = (home >> (4 - 2 * a) & 3) + stray.shift[a];
+        stays_in_block = stays_in_block && in_block >= 0 && in_block < block_edge;
+        cell[a] = cell[a] * block_edge + in_block;
       }
       if (!finite) continue;
       stray.cell = cell_in_block(cell);
       block_origins[n] = block_of(cell);
-      stray.block = grid.find_block(block_origins[n]);
+      stray.block = stays_in_block ? std::uint32_t(b) : grid.find_block(block_origins[n]);
     }
   });
   // Few enter blocks that are not active: one after the other, in order.
@@ -168,21 +190,24 @@ std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results,
       cells.back().fill(std::uint32_t(particles.count));
     }
   }
+  order_by_cell(strays, cells.size());
   return {};
 }
 
 void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid,
                     std::vector<CellRanges>& cells) {
-  tbb::parallel_sort(strays.begin(), strays.end(), [](const Stray& a, const Stray& b) {
-    return std::tie(a.block, a.cell, a.particle) < std::tie(b.block, b.cell, b.particle);
-  });
-  std::vector<char> leaves_cell(particles.count, 0);
-  for (const Stray& stray : strays) leaves_cell[stray.particle] = 1;
-
   const std::size_t old_blocks = grid.blocks().size();
-  std::vector<std::uint32_t> first_arrival(old_blocks + 1, 0);
-  for (const Stray& stray : strays) ++first_arrival[stray.block + 1];
-  for (std::size_t b = 0; b < old_blocks; ++b) first_arrival[b + 1] += first_arrival[b];
+  std::vector<std::uint32_t> first_arrival(old_blocks + 1, std::uint32_t(strays.size()));
+  std::vector<char> leaves_cell(particles.count, 0);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, strays.size(), 1 << 12), [&](const auto& range) {
+    for (std::size_t n = range.begin(); n < range.end(); ++n) {
+      const Stray& stray = strays[n];
+      for (std::uint32_t b = n == 0 ? 0 : strays[n - 1].block + 1; b <= stray.block; ++b)
+        first_arrival[b] = std::uint32_t(n);
+      leaves_cell[stray.particle] = 1;
+      for (int a = 0; a < 3; ++a) particles.s[a][stray.particle] -= stray.shift[a];
+    }
+  });
 
   std::vector<std::uint32_t> count(old_blocks, 0);
   tbb::parallel_for(std::size_t(0), old_blocks, [&](std::size_t b) {
@@ -218,9 +243,6 @@ void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid
     }
     new_cells[n][block_cells] = to;
   });
-  for (const Stray& stray : strays)
-    for (int a = 0; a < 3; ++a) particles.s[a][stray.particle] -= stray.shift[a];
-
   permute_all(particles, order);
   std::vector<Index3> origins;
   for (const Kept& k : kept) origins.push_back(grid.blocks()[k.block].origin);

@@ -15,14 +15,6 @@ namespace anticrack {
 /// Where the particles of each block lie: those of cell c are [begin[c], begin[c + 1]).
 using CellRanges = std::array<std::uint32_t, block_cells + 1>;
 
-/// A particle outside the cell under which it is stored.
-struct Stray {
-  std::uint32_t particle;
-  std::uint32_t block;  ///< block of its true cell
-  int cell;             ///< its true cell in that block
-  Index3 shift;         ///< true cell - storage cell
-};
-
 /// Creates the particles at `positions` [m], at rest and unstrained, sorted by block and cell, and activates
 /// the grid.
 /// @throws InputError  if a coordinate is not finite or the sample spans more than 2^19 blocks along an axis
@@ -30,13 +22,14 @@ void place_particles(std::span<const Vec3> positions, double cell_size, const Ve
                      ParticleFields fields, Particles& particles, SparseGrid& grid,
                      std::vector<CellRanges>& cells);
 
-/// The strays that a pass has listed, in order of the blocks that store them, with their true cells;
-/// activates what they reach. Returns the first whose position is not finite.
+/// The strays that a pass has listed, in order of their true cells; activates what they reach. Returns the
+/// first whose position is not finite.
 std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results, const Particles& particles,
                                            SparseGrid& grid, std::vector<CellRanges>& cells,
                                            std::vector<Stray>& strays);
 
-/// Moves every stray to its true cell, keeps the order of all others, and releases what is no longer reached.
+/// Moves every stray, in the order of `locate_strays`, to its true cell, keeps the order of all others, and
+/// releases what is no longer reached.
 void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid& grid,
                     std::vector<CellRanges>& cells);
 

@@ -280,19 +280,24 @@ HWY_INLINE void for_each_batch(const ParticlePointers& p, const ChunkRange& rang
   }
 }
 
+/// Component `a` of the chunk's particles from the l-th on.
+template <Transfer transfer, class D, class V = hn::Vec<D>>
+HWY_INLINE void store_moved(D d, const Moved<V>& moved, int a, std::size_t l,
+                            Chunk<transfer == Transfer::apic>& chunk) {
+  hn::StoreU(moved.s, d, chunk.s[a] + l);
+  hn::StoreU(moved.v, d, chunk.v[a] + l);
+  for (int e = 0; e < 3; ++e) hn::StoreU(moved.L[e], d, chunk.L[3 * a + e] + l);
+  if constexpr (transfer == Transfer::apic)
+    for (int e = 0; e < 3; ++e) hn::StoreU(moved.affine[e], d, chunk.affine[3 * a + e] + l);
+}
+
 /// Lines 12 and 13, and dt grad v, cell by cell.
 template <Transfer transfer>
 HWY_INLINE void grid_to_particles(const StepConstants& c, const ParticlePointers& p,
                                   const OccupiedCells& cells, const Tile& nodes, const ChunkRange& range,
                                   Chunk<transfer == Transfer::apic>& chunk) {
-  const auto store = [&](auto d, const auto& moved, int a, std::size_t i) ANTICRACK_INLINE {
-    const std::size_t l = i - range.begin;
-    hn::StoreU(moved.s, d, chunk.s[a] + l);
-    hn::StoreU(moved.v, d, chunk.v[a] + l);
-    for (int e = 0; e < 3; ++e) hn::StoreU(moved.L[e], d, chunk.L[3 * a + e] + l);
-    if constexpr (transfer == Transfer::apic)
-      for (int e = 0; e < 3; ++e) hn::StoreU(moved.affine[e], d, chunk.affine[3 * a + e] + l);
-  };
+  const auto store = [&](auto d, const auto& moved, int a, std::size_t i)
+                         ANTICRACK_INLINE { store_moved<transfer>(d, moved, a, i - range.begin, chunk); };
   const auto move_together = [&](const auto& lanes, const CellPolynomial& grid,
                                  std::size_t i) ANTICRACK_INLINE {
     const auto d = lanes.d;
@@ -360,9 +365,9 @@ HWY_INLINE void strain_particles(const ParticlePointers& p, const ChunkRange& ra
   });
 }
 
-/// Lines 10 to 13: return mapping, and the new state; then what it contributes to the grid. A loop of its
-/// own: short enough for the processor to overlap its batches.
-template <Model model, bool advancing, bool with_affine>
+/// Lines 10 to 13: return mapping, and the new state; then, if `scattering`, what it contributes to the grid.
+/// A loop of its own: short enough for the processor to overlap its batches.
+template <Model model, bool advancing, bool scattering, bool with_affine>
 HWY_INLINE void return_particles(const StepConstants& c, const ParticlePointers& p, const ChunkRange& range,
                                  bool observe, Chunk<with_affine>& chunk,
                                  LaneSums<hn::Vec<ParticleVector>>& sums, BlockResult& result) {
@@ -409,6 +414,7 @@ HWY_INLINE void return_particles(const StepConstants& c, const ParticlePointers&
     }
     note_failure(d, hn::And(home, not_finite(d, strain, v, kappa)), i, "velocity, elastic strain or kappa",
                  result);
+    if constexpr (!scattering) return;
     if (everywhere && HWY_LIKELY(hn::AllTrue(d, staying)))
       return contribute<true>(d, c, s, v, affine, kappa, staying, strain, int(l), chunk.contributions,
                               observe, sums);
@@ -469,7 +475,7 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
     const ChunkRange range{begin, end, last, first_cell};
     if constexpr (advancing) grid_to_particles<transfer>(c, p, cells, nodes, range, chunk);
     strain_particles<advancing>(p, range, chunk, result);
-    return_particles<model, advancing>(c, p, range, observe, chunk, sums, result);
+    return_particles<model, advancing, true>(c, p, range, observe, chunk, sums, result);
     particles_to_grid<model>(c, p, cells, range, chunk, ahead, tile);
   }
   add_tile(tile, block);

@@ -57,18 +57,18 @@ void scatter_block(PassKind kind, const StepConstants& c, const ParticlePointers
   });
 }
 
-void advance_stray(PassKind kind, const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
-                   const Node nodes[27], const Index3& shift, BlockResult& result) {
+void advance_strays(PassKind kind, const StepConstants& c, const ParticlePointers& p, const SparseGrid& grid,
+                    std::span<const Stray> strays, BlockResult& result) {
   with_constants(kind, [&](auto model, auto transfer)
-                           HWY_ATTR { advance_one<model, transfer>(c, p, particle, nodes, shift, result); });
+                           HWY_ATTR { advance_chunks<model, transfer>(c, p, grid, strays, result); });
 }
 
-void scatter_stray(PassKind kind, const StepConstants& c, const ParticlePointers& p, std::uint32_t particle,
-                   const Index3& shift, Node nodes[27], bool observe, ParticleSums& sums) {
+void scatter_strays(PassKind kind, const StepConstants& c, const ParticlePointers& p, const SparseGrid& grid,
+                    std::span<const Stray> strays, bool observe, ParticleSums& sums) {
   if (kind.transfer == Transfer::apic)
-    scatter_one<true>(c, p, particle, shift, nodes, observe, sums);
+    scatter_chunks<true>(c, p, grid, strays, observe, sums);
   else
-    scatter_one<false>(c, p, particle, shift, nodes, observe, sums);
+    scatter_chunks<false>(c, p, grid, strays, observe, sums);
 }
 
 void hencky(std::span<const std::array<double, 6>> h, std::span<std::array<double, 6>> strain) {
@@ -118,8 +118,8 @@ Kernels make_kernels() {
           hn::MaxLanes(NodeVector()) == 8,
           advance_block,
           scatter_block,
-          advance_stray,
-          scatter_stray,
+          advance_strays,
+          scatter_strays,
           update_leaf,
           hencky,
           inverse_hencky,

@@ -85,7 +85,16 @@ struct BlockResult {
 struct ParticlePointers {
   double *s[3], *v[3], *h[6], *kappa, *affine[9];
 
+  ParticlePointers() = default;
   explicit ParticlePointers(Particles& particles);
+};
+
+/// A particle outside the cell under which it is stored.
+struct Stray {
+  std::uint32_t particle;
+  std::uint32_t block;  ///< block of its true cell
+  int cell;             ///< its true cell in that block
+  Index3 shift;         ///< true cell - storage cell
 };
 
 /// Results of the grid update of one leaf, or of all.
@@ -122,12 +131,12 @@ struct Kernels {
   /// Lines 2-4 alone: at the start of a run.
   void (*scatter_block)(PassKind, const StepConstants&, const ParticlePointers&, const BlockView& block,
                         const BlockView& next, bool observe, BlockResult&);
-  /// Lines 7-13 for one stray, whose true cell has the given 27 nodes and lies `shift` cells from its own.
-  void (*advance_stray)(PassKind, const StepConstants&, const ParticlePointers&, std::uint32_t particle,
-                        const Node nodes[27], const Index3& shift, BlockResult&);
-  /// Lines 2-4 for one stray: adds to the 27 nodes of its true cell.
-  void (*scatter_stray)(PassKind, const StepConstants&, const ParticlePointers&, std::uint32_t particle,
-                        const Index3& shift, Node nodes[27], bool observe, ParticleSums&);
+  /// Lines 7-13 for strays, in their true cells; not for those back home, which their blocks have advanced.
+  void (*advance_strays)(PassKind, const StepConstants&, const ParticlePointers&, const SparseGrid&,
+                         std::span<const Stray>, BlockResult&);
+  /// Lines 2-4 for strays: adds to the sums of the groups of their true cells.
+  void (*scatter_strays)(PassKind, const StepConstants&, const ParticlePointers&, const SparseGrid&,
+                         std::span<const Stray>, bool observe, ParticleSums&);
   /// Lines 2, 3 and 5 for one leaf: adds its partial sums, which stay as they are, and updates the velocity.
   /// `next` is the leaf to come, for which memory is asked meanwhile.
   LeafUpdate (*update_leaf)(double dt, const LeafView& leaf, const LeafView& next);

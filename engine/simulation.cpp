@@ -242,38 +242,14 @@ void Simulation::collect_strays(std::span<const BlockResult> results) {
   sort_debt_ += double(strays_.size());
 }
 
-/// Node k = 9 i + 3 j + l of a cell of a block: which of the leaves that the block reaches, and where there.
-struct NodeOfCell {
-  int leaf, node;
-  NodeOfCell(int cell, int k) {
-    const int x = (cell >> 4) + k / 9, y = (cell >> 2 & 3) + k / 3 % 3, z = (cell & 3) + k % 3;
-    leaf = (x >> 2) * 4 + (y >> 2) * 2 + (z >> 2);
-    node = leaf_index(x & 3, y & 3, z & 3);
-  }
-};
-
-static void add(const Node& from, Node& to) {
-  for (int a = 0; a < 3; ++a) to.velocity[a] += from.velocity[a];
-  to.mass += from.mass;
-  for (int a = 0; a < 3; ++a) to.increment[a] += from.increment[a];
-}
-
 ParticleSums Simulation::advance_strays(const StepConstants& c) {
-  constexpr std::size_t chunk = 64;
+  constexpr std::size_t share = 400;
   const ParticlePointers pointers(particles_);
-  std::vector<BlockResult> results((strays_.size() + chunk - 1) / chunk);
+  const std::span<const Stray> strays(strays_);
+  std::vector<BlockResult> results((strays.size() + share - 1) / share);
   tbb::parallel_for(std::size_t(0), results.size(), [&](std::size_t n) {
-    for (std::size_t i = n * chunk; i < std::min(strays_.size(), (n + 1) * chunk); ++i) {
-      const Stray& stray = strays_[i];
-      if (stray.shift == Index3{}) continue;  // came home in the last step: it was advanced with its block
-      const SparseGrid::Block& block = grid_.blocks()[stray.block];
-      Node nodes[27];
-      for (int k = 0; k < 27; ++k) {
-        const NodeOfCell at(stray.cell, k);
-        nodes[k] = grid_.leaves()[block.leaf[at.leaf]].nodes[at.node];
-      }
-      kernels().advance_stray(kind_, c, pointers, stray.particle, nodes, stray.shift, results[n]);
-    }
+    const std::size_t first = n * share, count = std::min(share, strays.size() - first);
+    kernels().advance_strays(kind_, c, pointers, grid_, strays.subspan(first, count), results[n]);
   });
   ParticleSums sums;
   for (const BlockResult& result : results) {
@@ -287,32 +263,24 @@ void Simulation::scatter_strays(const StepConstants& c, bool observe) {
   if (strays_.empty()) return;
   // One task a group, its strays in the order of `strays_`: no two tasks write the same sums, and the order
   // is always the same.
-  const auto group_of = [&](const Stray& stray) { return stray.block / group_blocks; };
-  std::vector<std::uint32_t> first(grid_.groups().size() + 1, 0), order(strays_.size());
-  for (const Stray& stray : strays_) ++first[group_of(stray) + 1];
-  std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
-  for (std::uint32_t i = 0; i < order.size(); ++i) order[next[group_of(strays_[i])]++] = i;
   const ParticlePointers pointers(particles_);
-  std::vector<ParticleSums> sums(first.size() - 1);
-  tbb::parallel_for(std::size_t(0), sums.size(), [&](std::size_t n) {
-    for (std::uint32_t i = first[n]; i < first[n + 1]; ++i) {
-      const Stray& stray = strays_[order[i]];
-      Node nodes[27] = {};
-      kernels().scatter_stray(kind_, c, pointers, stray.particle, stray.shift, nodes, observe, sums[n]);
-      for (int k = 0; k < 27; ++k) {
-        const NodeOfCell at(stray.cell, k);
-        add(nodes[k], grid_.blocks()[stray.block].partial[at.leaf][at.node]);
-      }
-    }
+  std::vector<ParticleSums> sums(grid_.groups().size());
+  tbb::parallel_for(std::size_t(0), sums.size(), [&](std::size_t g) {
+    const auto of_block = [&](std::uint32_t block) {
+      return std::ranges::lower_bound(strays_, block, {}, &Stray::block);
+    };
+    const SparseGrid::Group& group = grid_.groups()[g];
+    const std::span<const Stray> strays(of_block(group.first_block), of_block(group.last_block));
+    if (!strays.empty()) kernels().scatter_strays(kind_, c, pointers, grid_, strays, observe, sums[g]);
   });
   for (const ParticleSums& s : sums) sums_.add(s);
 }
 
 void Simulation::sort_if_due() {
-  // A stray costs about five particles, a sort about half a pass over all: sort when the strays since the
-  // last one have cost as much as it does. The tiles have just been summed, so blocks may change now.
-  if (strays_.empty() || 10 * sort_debt_ < double(particles_.count)) return;
+  // A sort costs 13 ns a particle, a stray 200 ns a step, more where few are (one thread, Zen 5): sort when
+  // the strays since the last one have cost as much as it does. The tiles have just been summed, so blocks
+  // may change now.
+  if (strays_.empty() || 15 * sort_debt_ < double(particles_.count)) return;
   sort_particles(strays_, particles_, grid_, cells_);
   sort_debt_ = 0;
 }
