@@ -170,7 +170,8 @@ struct NoAffineChunk {};
 template <bool with_affine>
 struct alignas(64) Chunk : std::conditional_t<with_affine, AffineChunk, NoAffineChunk> {
   double s[3][chunk_room], v[3][chunk_room], L[9][chunk_room];          ///< `Moved`
-  double trace[chunk_room], norm[chunk_room], deviator[6][chunk_room];  ///< `HenckyStrain` of the trial state
+  double trace[chunk_room], norm[chunk_room], deviator[6][chunk_room];  ///< `HenckyStrain`
+  double returned[6][chunk_room];                                       ///< h after a return mapping
   Contributions<chunk_room, with_affine> contributions;
 };
 
@@ -280,6 +281,22 @@ HWY_INLINE void for_each_batch(const ParticlePointers& p, const ChunkRange& rang
   }
 }
 
+/// Strain of the chunk's particles from the l-th on.
+template <bool with_affine, class V>
+HWY_INLINE void store_strain(const HenckyStrain<V>& strain, Chunk<with_affine>& chunk, std::size_t l) {
+  const ParticleVector d;
+  hn::Store(strain.trace, d, chunk.trace + l);
+  hn::Store(strain.norm, d, chunk.norm + l);
+  store_symmetric(AllLanes<ParticleVector>{d}, strain.deviator, chunk.deviator, l);
+}
+
+template <bool with_affine>
+HWY_INLINE HenckyStrain<hn::Vec<ParticleVector>> load_strain(const Chunk<with_affine>& chunk, std::size_t l) {
+  const ParticleVector d;
+  return {hn::Load(d, chunk.trace + l), load_symmetric(AllLanes<ParticleVector>{d}, chunk.deviator, l),
+          hn::Load(d, chunk.norm + l)};
+}
+
 /// Component `a` of the chunk's particles from the l-th on.
 template <Transfer transfer, class D, class V = hn::Vec<D>>
 HWY_INLINE void store_moved(D d, const Moved<V>& moved, int a, std::size_t l,
@@ -358,34 +375,57 @@ HWY_INLINE void strain_particles(const ParticlePointers& p, const ChunkRange& ra
       note_failure(d, hn::And(home, inverted), i, "det(I + dt grad v)", result);
       store_symmetric(at, h, p.h, i);
     }
-    const HenckyStrain<V> strain = hencky_strain(d, h);
-    hn::Store(strain.trace, d, chunk.trace + l);
-    hn::Store(strain.norm, d, chunk.norm + l);
-    store_symmetric(AllLanes<ParticleVector>{d}, strain.deviator, chunk.deviator, l);
+    store_strain(hencky_strain(d, h), chunk, l);
   });
 }
 
-/// Lines 10 to 13: return mapping, and the new state; then, if `scattering`, what it contributes to the grid.
-/// A loop of its own: short enough for the processor to overlap its batches.
-template <Model model, bool advancing, bool scattering, bool with_affine>
+/// Lines 10 and 11: return mapping, for batches in which a lane yields. What it leaves is strained anew, in a
+/// loop of its own: short enough for the processor to overlap batches. The stress is always that of the
+/// stored state, so that a resumed run has the same bits.
+template <Model model, bool with_affine>
 HWY_INLINE void return_particles(const StepConstants& c, const ParticlePointers& p, const ChunkRange& range,
-                                 bool observe, Chunk<with_affine>& chunk,
-                                 LaneSums<hn::Vec<ParticleVector>>& sums, BlockResult& result) {
+                                 Chunk<with_affine>& chunk, LaneSums<hn::Vec<ParticleVector>>& sums) {
+  const ParticleVector d;
+  using V = hn::Vec<ParticleVector>;
+  int yielding = 0, first[chunk_room];  // of the batches
+  for_each_batch(p, range, [&](auto, std::size_t i, auto home, const auto& at) ANTICRACK_INLINE {
+    const std::size_t l = i - range.begin;
+    V kappa = at.load(p.kappa + i);
+    const Returned<ParticleVector> r = return_to_yield_surface<model>(
+        d, c.material, hn::Load(d, chunk.trace + l), hn::Load(d, chunk.norm + l), kappa);
+    const auto yielded = hn::And(home, r.yielded);
+    if (hn::AllFalse(d, yielded)) return;
+    V L[3][3];
+    for (int e = 0; e < 9; ++e) L[e / 3][e % 3] = hn::Load(d, chunk.L[e] + l);
+    Symmetric<V> h = load_symmetric(at, p.h, i);
+    apply_return(d, c, L, yielded, r, load_strain(chunk, l), h, kappa, sums);
+    store_symmetric(at, h, p.h, i);
+    store_symmetric(AllLanes<ParticleVector>{d}, h, chunk.returned, l);
+    at.store(kappa, p.kappa + i);
+    first[yielding++] = int(l);
+  });
+  for (int n = 0; n < yielding; ++n)
+    store_strain(hencky_strain(d, load_symmetric(AllLanes<ParticleVector>{d}, chunk.returned, first[n])),
+                 chunk, first[n]);
+}
+
+/// Lines 12 and 13, the new state; then, if `scattering`, what it contributes to the grid.
+template <Model model, bool advancing, bool scattering, bool with_affine>
+HWY_INLINE void store_particles(const StepConstants& c, const ParticlePointers& p, const ChunkRange& range,
+                                bool observe, Chunk<with_affine>& chunk,
+                                LaneSums<hn::Vec<ParticleVector>>& sums, BlockResult& result) {
   const ParticleVector d;
   using V = hn::Vec<ParticleVector>;
   using M = hn::Mask<ParticleVector>;
-  constexpr bool plastic = model != Model::hencky;
   for_each_batch(p, range, [&](auto everywhere, std::size_t i, M home, const auto& at) ANTICRACK_INLINE {
     const std::size_t l = i - range.begin;
-    HenckyStrain<V> strain{hn::Load(d, chunk.trace + l),
-                           load_symmetric(AllLanes<ParticleVector>{d}, chunk.deviator, l),
-                           hn::Load(d, chunk.norm + l)};
+    const HenckyStrain<V> strain = load_strain(chunk, l);
     V s[3], v[3], affine[9], kappa = hn::Zero(d);
     for (int a = 0; a < 3; ++a) s[a] = at.load(p.s[a] + i);
     for (int a = 0; a < 3; ++a) v[a] = at.load(p.v[a] + i);
     if constexpr (with_affine)
       for (int e = 0; e < 9; ++e) affine[e] = at.load(p.affine[e] + i);
-    if constexpr (plastic) kappa = at.load(p.kappa + i);
+    if constexpr (model != Model::hencky) kappa = at.load(p.kappa + i);
     M staying = home;
     if constexpr (advancing) {
       for (int a = 0; a < 3; ++a) s[a] = choose<everywhere>(home, hn::Load(d, chunk.s[a] + l), s[a]);
@@ -396,19 +436,6 @@ HWY_INLINE void return_particles(const StepConstants& c, const ParticlePointers&
         for (int e = 0; e < 9; ++e)
           affine[e] = choose<everywhere>(home, hn::Load(d, chunk.affine[e] + l), affine[e]);
         for (int e = 0; e < 9; ++e) at.store(affine[e], p.affine[e] + i);
-      }
-      if constexpr (plastic) {
-        const Returned<ParticleVector> r =
-            return_to_yield_surface<model>(d, c.material, strain.trace, strain.norm, kappa);
-        const M yielded = hn::And(home, r.yielded);
-        if (!hn::AllFalse(d, yielded)) {
-          V L[3][3];
-          for (int e = 0; e < 9; ++e) L[e / 3][e % 3] = hn::Load(d, chunk.L[e] + l);
-          Symmetric<V> h = load_symmetric(at, p.h, i);
-          apply_return(d, c, L, yielded, r, strain, h, kappa, sums);
-          store_symmetric(at, h, p.h, i);
-          at.store(kappa, p.kappa + i);
-        }
       }
       staying = hn::And(home, inside_cell(d, s));
     }
@@ -475,7 +502,8 @@ void pass_over_block(const StepConstants& c, const ParticlePointers& p, const Bl
     const ChunkRange range{begin, end, last, first_cell};
     if constexpr (advancing) grid_to_particles<transfer>(c, p, cells, nodes, range, chunk);
     strain_particles<advancing>(p, range, chunk, result);
-    return_particles<model, advancing, true>(c, p, range, observe, chunk, sums, result);
+    if constexpr (advancing && model != Model::hencky) return_particles<model>(c, p, range, chunk, sums);
+    store_particles<model, advancing, true>(c, p, range, observe, chunk, sums, result);
     particles_to_grid<model>(c, p, cells, range, chunk, ahead, tile);
   }
   add_tile(tile, block);

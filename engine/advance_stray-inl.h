@@ -186,7 +186,9 @@ void advance_chunks(const StepConstants& c, const ParticlePointers& p, const Spa
     grid_to_strays<transfer>(c, p, grid, strays, chunk);
     BlockResult of_chunk;
     strain_particles<true>(strays.pointers(), strays.range(), chunk, of_chunk);
-    return_particles<model, true, false>(c, strays.pointers(), strays.range(), false, chunk, sums, of_chunk);
+    if constexpr (model != Model::hencky)
+      return_particles<model>(c, strays.pointers(), strays.range(), chunk, sums);
+    store_particles<model, true, false>(c, strays.pointers(), strays.range(), false, chunk, sums, of_chunk);
     put_back<with_affine>(p, strays);
     if (of_chunk.failure && !result.failure)
       result.failure = {strays.stray[of_chunk.failure->particle]->particle, of_chunk.failure->quantity};
@@ -205,8 +207,8 @@ void scatter_chunks(const StepConstants& c, const ParticlePointers& p, const Spa
     take_strays<true, with_affine>(p, strays);
     BlockResult unused;  // all are in their true cells, and have been found finite
     strain_particles<false>(strays.pointers(), strays.range(), chunk, unused);
-    return_particles<Model::drucker_prager_implicit, false, true>(c, strays.pointers(), strays.range(),
-                                                                  observe, chunk, sums, unused);
+    store_particles<Model::drucker_prager_implicit, false, true>(c, strays.pointers(), strays.range(),
+                                                                 observe, chunk, sums, unused);
     strays_to_grid(c, p, grid, strays, chunk);
   }
   reduce(d, sums, observe, out);

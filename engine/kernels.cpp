@@ -71,30 +71,43 @@ void scatter_strays(PassKind kind, const StepConstants& c, const ParticlePointer
     scatter_chunks<false>(c, p, grid, strays, observe, sums);
 }
 
-void hencky(std::span<const std::array<double, 6>> h, std::span<std::array<double, 6>> strain) {
-  const OneLane d;
-  for (std::size_t i = 0; i < h.size(); ++i) {
-    const auto at = [&](int e) HWY_ATTR { return hn::Set(d, h[i][e]); };
-    const auto eps = hencky_strain(d, {at(0), at(1), at(2), at(3), at(4), at(5)});
-    const double mean = hn::GetLane(eps.trace) / 3;
-    const auto& dev = eps.deviator;
-    strain[i] = {mean + hn::GetLane(dev.xx), mean + hn::GetLane(dev.yy), mean + hn::GetLane(dev.zz),
-                 hn::GetLane(dev.xy),        hn::GetLane(dev.xz),        hn::GetLane(dev.yz)};
+/// Calls change(tensors in the lanes of a vector) for all, in as few vectors as a pass.
+template <class Change>
+HWY_INLINE void for_each_tensor(std::span<const std::array<double, 6>> from,
+                                std::span<std::array<double, 6>> to, Change change) {
+  const ParticleVector d;
+  alignas(64) double lanes[6][8] = {};
+  for (std::size_t i = 0, count; i < from.size(); i += count) {
+    count = std::min(from.size() - i, hn::MaxLanes(d));
+    for (int e = 0; e < 6; ++e)
+      for (std::size_t n = 0; n < count; ++n) lanes[e][n] = from[i + n][e];
+    const Symmetric<hn::Vec<ParticleVector>> changed =
+        change(load_symmetric(AllLanes<ParticleVector>{d}, lanes, 0));
+    store_symmetric(AllLanes<ParticleVector>{d}, changed, lanes, 0);
+    for (int e = 0; e < 6; ++e)
+      for (std::size_t n = 0; n < count; ++n) to[i + n][e] = lanes[e][n];
   }
 }
 
+void hencky(std::span<const std::array<double, 6>> h, std::span<std::array<double, 6>> strain) {
+  const ParticleVector d;
+  using V = hn::Vec<ParticleVector>;
+  for_each_tensor(h, strain, [&](const Symmetric<V>& of_lane) HWY_ATTR {
+    const HenckyStrain<V> eps = hencky_strain(d, of_lane);
+    const V mean = eps.trace / hn::Set(d, 3.0);
+    const Symmetric<V>& dev = eps.deviator;
+    return Symmetric<V>{mean + dev.xx, mean + dev.yy, mean + dev.zz, dev.xy, dev.xz, dev.yz};
+  });
+}
+
 void inverse_hencky(std::span<const std::array<double, 6>> strain, std::span<std::array<double, 6>> h) {
-  const OneLane d;
-  for (std::size_t i = 0; i < h.size(); ++i) {
-    const auto& e = strain[i];
-    const double trace = e[0] + e[1] + e[2];
-    const auto at = [&](double x) HWY_ATTR { return hn::Set(d, x); };
-    const auto out = left_cauchy_green_minus_identity(
-        d, at(trace),
-        {at(e[0] - trace / 3), at(e[1] - trace / 3), at(e[2] - trace / 3), at(e[3]), at(e[4]), at(e[5])});
-    h[i] = {hn::GetLane(out.xx), hn::GetLane(out.yy), hn::GetLane(out.zz),
-            hn::GetLane(out.xy), hn::GetLane(out.xz), hn::GetLane(out.yz)};
-  }
+  const ParticleVector d;
+  using V = hn::Vec<ParticleVector>;
+  for_each_tensor(strain, h, [&](const Symmetric<V>& e) HWY_ATTR {
+    const V sum = trace(e), mean = sum / hn::Set(d, 3.0);
+    return left_cauchy_green_minus_identity(d, sum,
+                                            {e.xx - mean, e.yy - mean, e.zz - mean, e.xy, e.xz, e.yz});
+  });
 }
 
 void return_mapping(Model model, const MaterialConstants& m, std::span<std::array<double, 3>> state,

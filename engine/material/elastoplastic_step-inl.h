@@ -40,10 +40,11 @@ HWY_INLINE Symmetric<V> elastic_trial(D d, const V (&L)[3][3], const Symmetric<V
   return {trial[0], trial[1], trial[2], trial[3], trial[4], trial[5]};
 }
 
-/// Lines 10 and 11 after a return mapping: h, kappa and the strain of the lanes `yielded`.
+/// Lines 10 and 11 after a return mapping: h and kappa of the lanes `yielded`; `strain` is that of the trial
+/// state.
 template <class D, class V = hn::Vec<D>, class M = hn::Mask<D>>
 HWY_INLINE void apply_return(D d, const StepConstants& c, const V (&L)[3][3], M yielded, const Returned<D>& r,
-                             HenckyStrain<V>& strain, Symmetric<V>& h, V& kappa, LaneSums<V>& sums) {
+                             const HenckyStrain<V>& strain, Symmetric<V>& h, V& kappa, LaneSums<V>& sums) {
   const V one = hn::Set(d, 1.0);
   kappa = hn::IfThenElse(yielded, r.kappa, kappa);
   const V scale = hn::IfThenElseZero(strain.norm > hn::Zero(d), r.norm / strain.norm);
@@ -68,8 +69,6 @@ HWY_INLINE void apply_return(D d, const StepConstants& c, const V (&L)[3][3], M 
   h = {hn::IfThenElse(yielded, returned.xx, h.xx), hn::IfThenElse(yielded, returned.yy, h.yy),
        hn::IfThenElse(yielded, returned.zz, h.zz), hn::IfThenElse(yielded, returned.xy, h.xy),
        hn::IfThenElse(yielded, returned.xz, h.xz), hn::IfThenElse(yielded, returned.yz, h.yz)};
-  // The stress is always that of the stored state, so that a resumed run has the same bits.
-  strain = hencky_strain(d, h);
 }
 
 }  // namespace HWY_NAMESPACE

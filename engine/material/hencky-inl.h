@@ -67,37 +67,72 @@ struct CayleyHamilton {
   }
 };
 
-/// sum_k coefficient[k] a^k for a trace-free `a`, by Horner's rule with a^3 = j2 a + j3 I; j2 = a:a / 2, j3 =
-/// det a.
-template <class D, class V = hn::Vec<D>, std::size_t terms>
-HWY_INLINE CayleyHamilton<V> power_series(D d, V j2, V j3, const double (&coefficient)[terms]) {
-  CayleyHamilton<V> r{hn::Set(d, coefficient[terms - 1]), hn::Zero(d), hn::Zero(d)};
-  for (std::size_t k = terms - 1; k-- > 0;)
-    r = {hn::MulAdd(j3, r.r2, hn::Set(d, coefficient[k])), hn::MulAdd(j2, r.r2, r.r0), r.r1};
-  return r;
-}
-
-constexpr double log_series[] = {0,       1.,     -1. / 2,  1. / 3,  -1. / 4,  1. / 5,  -1. / 6, 1. / 7,
-                                 -1. / 8, 1. / 9, -1. / 10, 1. / 11, -1. / 12, 1. / 13, -1. / 14};
-constexpr double exp_series[] = {
-    0,         1.,         1. / 2,      1. / 6,       1. / 24,       1. / 120,      1. / 720,
-    1. / 5040, 1. / 40320, 1. / 362880, 1. / 3628800, 1. / 39916800, 1. / 479001600};
-
-/// log(1 + a) = 2 atanh(z), z = a / (2 + a), in powers of z^2.
-constexpr double atanh_series[] = {2., 2. / 3, 2. / 5, 2. / 7, 2. / 9, 2. / 11, 2. / 13};
-
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE V log1p_series(D d, V a) {
-  const V z = a / (hn::Set(d, 2.0) + a), z2 = z * z;
-  V sum = hn::Set(d, atanh_series[std::size(atanh_series) - 1]);
-  for (std::size_t k = std::size(atanh_series) - 1; k-- > 0;)
-    sum = hn::MulAdd(sum, z2, hn::Set(d, atanh_series[k]));
-  return z * sum;
-}
-
 /// |a| up to which the series are full double precision: the first term of the tensor's logarithm left out is
 /// 0.12^15 / 15.
 constexpr double series_range = 0.12;
+/// |a| up to which their first terms are: of the tensor's logarithm 0.005^8 / 8 is left out. Solids are there
+/// until they jam.
+constexpr double short_range = 0.005;
+
+/// Coefficients of a power series, and how many of them suffice within `short_range`.
+template <std::size_t terms>
+struct Series {
+  std::size_t few;
+  double coefficient[terms];
+};
+
+constexpr Series<15> log_series = {8,
+                                   {0, 1., -1. / 2, 1. / 3, -1. / 4, 1. / 5, -1. / 6, 1. / 7, -1. / 8, 1. / 9,
+                                    -1. / 10, 1. / 11, -1. / 12, 1. / 13, -1. / 14}};
+constexpr Series<13> exp_series = {7,
+                                   {0, 1., 1. / 2, 1. / 6, 1. / 24, 1. / 120, 1. / 720, 1. / 5040, 1. / 40320,
+                                    1. / 362880, 1. / 3628800, 1. / 39916800, 1. / 479001600}};
+/// (e^x - 1) / x
+constexpr Series<12> expm1_series = {6,
+                                     {1., 1. / 2, 1. / 6, 1. / 24, 1. / 120, 1. / 720, 1. / 5040, 1. / 40320,
+                                      1. / 362880, 1. / 3628800, 1. / 39916800, 1. / 479001600}};
+/// log(1 + a) = 2 atanh(z), z = a / (2 + a), in powers of z^2.
+constexpr Series<7> atanh_series = {3, {2., 2. / 3, 2. / 5, 2. / 7, 2. / 9, 2. / 11, 2. / 13}};
+
+/// sum_k coefficient[k] a^k for a trace-free `a`, by Horner's rule with a^3 = j2 a + j3 I; j2 = a:a / 2, j3 =
+/// det a. Lanes `near` take the few terms whatever the others need: their bits do not depend on who else is
+/// in the vector.
+template <class D, std::size_t terms, class V = hn::Vec<D>, class M = hn::Mask<D>>
+HWY_INLINE CayleyHamilton<V> power_series(D d, V j2, V j3, const Series<terms>& series, M near) {
+  const auto coefficient = [&](std::size_t k) HWY_ATTR { return hn::Set(d, series.coefficient[k]); };
+  CayleyHamilton<V> r{coefficient(series.few - 1), hn::Zero(d), hn::Zero(d)};
+  const auto take_terms = [&](std::size_t from, std::size_t to) HWY_ATTR {
+    for (std::size_t k = from; k-- > to;)
+      r = {hn::MulAdd(j3, r.r2, coefficient(k)), hn::MulAdd(j2, r.r2, r.r0), r.r1};
+  };
+  if (HWY_UNLIKELY(!hn::AllTrue(d, near))) {
+    const CayleyHamilton<V> start = r;
+    r.r0 = coefficient(terms - 1);
+    take_terms(terms - 1, series.few - 1);
+    r = {hn::IfThenElse(near, start.r0, r.r0), hn::IfThenZeroElse(near, r.r1),
+         hn::IfThenZeroElse(near, r.r2)};
+  }
+  take_terms(series.few - 1, 0);
+  return r;
+}
+
+/// The same of numbers.
+template <class D, std::size_t terms, class V = hn::Vec<D>, class M = hn::Mask<D>>
+HWY_INLINE V power_series(D d, V x, const Series<terms>& series, M near) {
+  const auto coefficient = [&](std::size_t k) HWY_ATTR { return hn::Set(d, series.coefficient[k]); };
+  V sum = coefficient(series.few - 1);
+  const auto take_terms = [&](std::size_t from, std::size_t to) HWY_ATTR {
+    for (std::size_t k = from; k-- > to;) sum = hn::MulAdd(sum, x, coefficient(k));
+  };
+  if (HWY_UNLIKELY(!hn::AllTrue(d, near))) {
+    const V start = sum;
+    sum = coefficient(terms - 1);
+    take_terms(terms - 1, series.few - 1);
+    sum = hn::IfThenElse(near, start, sum);
+  }
+  take_terms(series.few - 1, 0);
+  return sum;
+}
 
 /// Hencky strain of b = I + h split as the return mapping needs it.
 template <class V>
@@ -174,9 +209,13 @@ HWY_INLINE HenckyStrain<V> hencky_strain(D d, const Symmetric<V>& h) {
   const V scale = one / (one + a);
   const Symmetric<V> hbar{(h.xx - a) * scale, (h.yy - a) * scale, (h.zz - a) * scale,
                           h.xy * scale,       h.xz * scale,       h.yz * scale};
-  const V j2 = half * norm_squared(d, hbar), j3 = determinant(hbar);
-  const CayleyHamilton<V> r = power_series(d, j2, j3, log_series);
-  const V log_a = log1p_series(d, a);
+  const V j2 = half * norm_squared(d, hbar), j3 = determinant(hbar), size = hn::Abs(a);
+  const auto within = [&](double range) HWY_ATTR {
+    return hn::And(j2 <= hn::Set(d, 0.5 * range * range), size <= hn::Set(d, range));
+  };
+  const auto near = within(short_range);
+  const CayleyHamilton<V> r = power_series(d, j2, j3, log_series, near);
+  const V z = a / (hn::Set(d, 2.0) + a), log_a = z * power_series(d, z * z, atanh_series, near);
 
   HenckyStrain<V> strain;
   strain.trace = hn::MulAdd(r.r2, j2, hn::Set(d, 1.5) * (log_a + r.r0));
@@ -184,8 +223,7 @@ HWY_INLINE HenckyStrain<V> hencky_strain(D d, const Symmetric<V>& h) {
   strain.deviator = CayleyHamilton<V>{hn::Set(d, -1.0 / 3.0) * r.r2 * j2, half * r.r1, half * r.r2}.apply(
       hbar, square(hbar));
 
-  const auto in_series =
-      hn::And(j2 <= hn::Set(d, 0.5 * series_range * series_range), hn::Abs(a) <= hn::Set(d, series_range));
+  const auto in_series = within(series_range);
   if (HWY_UNLIKELY(!hn::AllTrue(d, in_series))) {
     const Principal<V> p = jacobi_eigen(d, hbar);
     V log_value[3];
@@ -209,15 +247,6 @@ HWY_INLINE HenckyStrain<V> hencky_strain(D d, const Symmetric<V>& h) {
   return strain;
 }
 
-/// (e^x - 1) / x for |x| <= 2 series_range.
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE V exp_m1_over_x(D d, V x) {
-  V sum = hn::Set(d, exp_series[std::size(exp_series) - 1]);
-  for (std::size_t k = std::size(exp_series) - 1; k-- > 1;)
-    sum = hn::MulAdd(sum, x, hn::Set(d, exp_series[k]));
-  return sum;
-}
-
 /// h = exp(2 eps) - I of eps = trace/3 I + deviator; the inverse of hencky_strain.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE Symmetric<V> left_cauchy_green_minus_identity(D d, V trace, const Symmetric<V>& deviator) {
@@ -231,8 +260,9 @@ HWY_INLINE Symmetric<V> left_cauchy_green_minus_identity(D d, V trace, const Sym
   const V factor = hn::IfThenElse(small, two, hn::Set(d, 2.0 / (1 << squarings)));
   const Symmetric<V> x{factor * deviator.xx, factor * deviator.yy, factor * deviator.zz,
                        factor * deviator.xy, factor * deviator.xz, factor * deviator.yz};
+  const V j2 = hn::Set(d, 0.5) * norm_squared(d, x);
   const CayleyHamilton<V> r =
-      power_series(d, hn::Set(d, 0.5) * norm_squared(d, x), determinant(x), exp_series);
+      power_series(d, j2, determinant(x), exp_series, j2 <= hn::Set(d, 0.5 * short_range * short_range));
   Symmetric<V> y = r.apply(x, square(x));
   if (HWY_UNLIKELY(!all_small))
     for (int k = 0; k < squarings; ++k) {
@@ -243,7 +273,7 @@ HWY_INLINE Symmetric<V> left_cauchy_green_minus_identity(D d, V trace, const Sym
     }
   // e^{2 trace/3} (I + y) - I = (e^{2 trace/3} - 1) I + e^{2 trace/3} y
   const V exponent = hn::Set(d, 2.0 / 3.0) * trace;
-  V volume = exponent * exp_m1_over_x(d, exponent);
+  V volume = exponent * power_series(d, exponent, expm1_series, hn::Abs(exponent) <= hn::Set(d, short_range));
   const auto in_series = hn::Abs(exponent) <= hn::Set(d, 2 * series_range);
   if (HWY_UNLIKELY(!hn::AllTrue(d, in_series)))
     volume = hn::IfThenElse(in_series, volume, hn::Expm1(d, exponent));

@@ -2,6 +2,8 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <cstring>
+#include <vector>
 
 #include "csv_table.h"
 #include "kernels.h"
@@ -63,6 +65,23 @@ TEST(HenckyStrain, InverseReturnsToTheSameTensor) {
       kernels().inverse_hencky(std::span(&eps, 1), std::span(&back, 1));
       EXPECT_LT(difference(back, h), 4e-15 * size) << "size " << size;
     }
+}
+
+/// How far a series is summed and whether eigenvalues are needed is decided for each tensor, not for the
+/// vector that it shares with others.
+TEST(HenckyStrain, HasBitsThatDoNotDependOnItsNeighbours) {
+  srand48(3);
+  std::vector<Six> all;
+  for (int n = 0; n < 1000; ++n) all.push_back(random_h(0.4 * std::pow(10.0, -4 * drand48())));
+  for (const auto kernel : {kernels().hencky, kernels().inverse_hencky}) {
+    std::vector<Six> together(all.size());
+    kernel(all, together);
+    for (std::size_t n = 0; n < all.size(); ++n) {
+      Six alone;
+      kernel(std::span(&all[n], 1), std::span(&alone, 1));
+      EXPECT_EQ(std::memcmp(&alone, &together[n], sizeof(Six)), 0) << "tensor " << n;
+    }
+  }
 }
 
 TEST(HenckyStrain, IsNotANumberWhereBIsNotPositiveDefinite) {
