@@ -70,7 +70,7 @@ void permute(AlignedArray& array, AlignedArray& buffer, const std::vector<std::u
 }
 
 void permute_all(Particles& particles, const std::vector<std::uint32_t>& order) {
-  AlignedArray buffer(particles.count);
+  AlignedArray buffer = AlignedArray::uninitialized(particles.count);
   for (AlignedArray* array : particles.arrays()) permute(*array, buffer, order);
   std::vector<std::uint32_t> id(order.size());
   tbb::parallel_for(std::size_t(0), order.size(), [&](std::size_t i) { id[i] = particles.id[order[i]]; });
@@ -156,11 +156,14 @@ std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results,
   constexpr int nowhere = -1;
   tbb::parallel_for(std::size_t(0), results.size(), [&](std::size_t b) {
     const CellRanges& ranges = cells[b];
+    int home = 0;
+    Index3 entered_origin = grid.blocks()[b].origin;
+    std::uint32_t entered = std::uint32_t(b);
     for (std::size_t n = first[b]; n < first[b + 1]; ++n) {
       const std::uint32_t particle = results[b].strays[n - first[b]];
       const std::uint32_t ahead = results[b].strays[std::min(n + 8, first[b + 1] - 1) - first[b]];
       for (const AlignedArray& s : particles.s) __builtin_prefetch(s.data() + ahead);
-      const int home = int(std::upper_bound(ranges.begin(), ranges.end(), particle) - ranges.begin()) - 1;
+      while (ranges[home + 1] <= particle) ++home;  // they ascend
       Stray& stray = strays[n];
       stray = {particle, SparseGrid::none, nowhere, {}};
       Index3 cell = grid.blocks()[b].origin;
@@ -177,7 +180,11 @@ std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results,
       if (!finite) continue;
       stray.cell = cell_in_block(cell);
       block_origins[n] = block_of(cell);
-      stray.block = stays_in_block ? std::uint32_t(b) : grid.find_block(block_origins[n]);
+      if (!stays_in_block && block_origins[n] != entered_origin) {  // those that leave mostly go the same way
+        entered_origin = block_origins[n];
+        entered = grid.find_block(entered_origin);
+      }
+      stray.block = stays_in_block ? std::uint32_t(b) : entered;
     }
   });
   // Few enter blocks that are not active: one after the other, in order.

@@ -10,6 +10,7 @@
 #include <hwy/cache_control.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -150,12 +151,13 @@ HWY_INLINE void note_failure(D d, M failed, std::size_t first, const char* quant
     result.failure = {std::uint32_t(first + hn::FindFirstTrue(d, failed)), quantity};
 }
 
-/// Particles [begin, end) that have left their cell.
-inline void list_strays(const ParticlePointers& p, std::size_t begin, std::size_t end, BlockResult& result) {
-  const auto inside = [](double s) { return s >= 0 && s <= 1; };
-  for (std::size_t i = begin; i < end; ++i)
-    if (!(inside(p.s[0][i]) && inside(p.s[1][i]) && inside(p.s[2][i])))
-      result.strays.push_back(std::uint32_t(i));
+/// Lists the lanes of a batch in which a particle is outside its cell; that of the first lane is `first`.
+template <class D, class M = hn::Mask<D>>
+HWY_INLINE void list_strays(D d, M strays, std::size_t first, BlockResult& result) {
+  std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(d, strays, bits);
+  for (unsigned lanes = bits[0]; lanes != 0; lanes &= lanes - 1)
+    result.strays.push_back(std::uint32_t(first) + std::uint32_t(std::countr_zero(lanes)));
 }
 
 /// Consecutive particles of a block on their way from the grid through the material to the grid.
@@ -211,17 +213,22 @@ HWY_INLINE void add_tile(const Tile& tile, const BlockView& block) {
       }
 }
 
+/// The lowest node of a cell of a block, in its tile.
+constexpr int first_node_of(int cell) {
+  return ((cell >> 4) * tile_edge + (cell >> 2 & 3)) * tile_edge + (cell & 3);
+}
+
 /// The cells of a block that hold particles.
 struct OccupiedCells {
   int count = 0;
   std::uint32_t begin[block_cells + 1];  ///< particles of the n-th are [begin[n], begin[n + 1])
-  std::uint8_t first_node[block_cells];  ///< its lowest node, in a tile
+  std::uint8_t first_node[block_cells];  ///< `first_node_of` it
 
   /// No branch on what is empty: the processor could not foresee it.
   HWY_INLINE explicit OccupiedCells(const BlockView& block) {
     for (int cell = 0; cell < block_cells; ++cell) {
       begin[count] = block.cell_begin[cell];
-      first_node[count] = std::uint8_t(((cell >> 4) * tile_edge + (cell >> 2 & 3)) * tile_edge + (cell & 3));
+      first_node[count] = std::uint8_t(first_node_of(cell));
       count += block.cell_begin[cell + 1] > block.cell_begin[cell];
     }
     begin[count] = block.cell_begin[block_cells];
@@ -446,7 +453,7 @@ HWY_INLINE void store_particles(const StepConstants& c, const ParticlePointers& 
       return contribute<true>(d, c, s, v, affine, kappa, staying, strain, int(l), chunk.contributions,
                               observe, sums);
     contribute<false>(d, c, s, v, affine, kappa, staying, strain, int(l), chunk.contributions, observe, sums);
-    list_strays(p, i, std::min(i + hn::MaxLanes(d), range.end), result);
+    list_strays(d, hn::AndNot(staying, hn::FirstN(d, range.end - i)), i, result);
   });
 }
 

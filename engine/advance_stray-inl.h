@@ -19,6 +19,7 @@ struct alignas(64) StrayChunk {
   double s[3][chunk_room] = {}, v[3][chunk_room] = {}, h[6][chunk_room] = {}, kappa[chunk_room] = {},
          affine[9][chunk_room] = {};
   const Stray* stray[chunk_size];
+  std::uint32_t particle[chunk_size];  ///< theirs
   int count = 0;
   std::span<const Stray> to_come;
 
@@ -50,10 +51,13 @@ template <bool all, bool with_affine>
 HWY_INLINE void take_strays(const ParticlePointers& p, StrayChunk& strays) {
   std::size_t taken = 0;
   for (strays.count = 0; taken < strays.to_come.size() && strays.count < chunk_size; ++taken)
-    if (all || strays.to_come[taken].shift != Index3{}) strays.stray[strays.count++] = &strays.to_come[taken];
+    if (all || strays.to_come[taken].shift != Index3{}) {
+      strays.particle[strays.count] = strays.to_come[taken].particle;
+      strays.stray[strays.count++] = &strays.to_come[taken];
+    }
   strays.to_come = strays.to_come.subspan(taken);
   for_each_array<with_affine>(p, strays, [&](const double* from, double* to) ANTICRACK_INLINE {
-    for (int i = 0; i < strays.count; ++i) to[i] = from[strays.stray[i]->particle];
+    for (int i = 0; i < strays.count; ++i) to[i] = from[strays.particle[i]];
   });
   for (int a = 0; a < 3; ++a)
     for (int i = 0; i < strays.count; ++i) strays.s[a][i] -= strays.stray[i]->shift[a];
@@ -62,7 +66,7 @@ HWY_INLINE void take_strays(const ParticlePointers& p, StrayChunk& strays) {
 template <bool with_affine>
 HWY_INLINE void put_back(const ParticlePointers& p, StrayChunk& strays) {
   for_each_array<with_affine>(p, strays, [&](double* to, const double* from) ANTICRACK_INLINE {
-    for (int i = 0; i < strays.count; ++i) to[strays.stray[i]->particle] = from[i];
+    for (int i = 0; i < strays.count; ++i) to[strays.particle[i]] = from[i];
   });
 }
 
@@ -114,11 +118,6 @@ HWY_INLINE void for_each_row(const StrayRun& run, const std::array<Node*, 8>& le
       }
 }
 
-inline int first_node(const Stray& stray) {
-  const int cell = stray.cell;
-  return ((cell >> 4) * tile_edge + (cell >> 2 & 3)) * tile_edge + (cell & 3);
-}
-
 /// Lines 12 and 13, and dt grad v.
 template <Transfer transfer>
 HWY_INLINE void grid_to_strays(const StepConstants& c, const ParticlePointers& p, const SparseGrid& grid,
@@ -137,10 +136,11 @@ HWY_INLINE void grid_to_strays(const StepConstants& c, const ParticlePointers& p
       const Stray& stray = *strays.stray[i];
       V place[3], s[3], v[3];
       for (int a = 0; a < 3; ++a) place[a] = hn::LoadU(d, strays.s[a] + i);
-      for (int a = 0; a < 3; ++a) s[a] = hn::LoadU(d, p.s[a] + stray.particle);
+      for (int a = 0; a < 3; ++a) s[a] = hn::LoadU(d, p.s[a] + strays.particle[i]);
       for (int a = 0; a < 3; ++a) v[a] = hn::LoadU(d, strays.v[a] + i);
       Moved<V> moved[3];
-      move_alone<transfer>(c, &tile[first_node(stray)], tile_edge * tile_edge, tile_edge, place, s, v, moved);
+      move_alone<transfer>(c, &tile[first_node_of(stray.cell)], tile_edge * tile_edge, tile_edge, place, s, v,
+                           moved);
       for (int a = 0; a < 3; ++a) store_moved<transfer>(d, moved[a], a, i, chunk);
     }
   });
@@ -161,8 +161,8 @@ HWY_INLINE void strays_to_grid(const StepConstants& c, const ParticlePointers& p
       const Stray& stray = *strays.stray[i];
       for (end = i; end < run.end && strays.stray[end]->cell == stray.cell; ++end)
         prefetch_stray<with_affine>(p, strays, end);
-      add_to_cell(c.full_width, chunk.contributions, i, end, &tile[first_node(stray)], tile_edge * tile_edge,
-                  tile_edge);
+      add_to_cell(c.full_width, chunk.contributions, i, end, &tile[first_node_of(stray.cell)],
+                  tile_edge * tile_edge, tile_edge);
     }
     for_each_row(run, block.partial, tile,
                  [&](double* sums, const double* nodes, int count) ANTICRACK_INLINE {
@@ -191,7 +191,7 @@ void advance_chunks(const StepConstants& c, const ParticlePointers& p, const Spa
     store_particles<model, true, false>(c, strays.pointers(), strays.range(), false, chunk, sums, of_chunk);
     put_back<with_affine>(p, strays);
     if (of_chunk.failure && !result.failure)
-      result.failure = {strays.stray[of_chunk.failure->particle]->particle, of_chunk.failure->quantity};
+      result.failure = {strays.particle[of_chunk.failure->particle], of_chunk.failure->quantity};
   }
   reduce(d, sums, false, result.sums);
 }

@@ -8,16 +8,22 @@
 
 namespace anticrack {
 
-hwy::AlignedFreeUniquePtr<double[]> AlignedArray::allocate(std::size_t size) {
-  constexpr std::size_t tail = 8, grain = std::size_t(1) << 17;
-  auto data = hwy::AllocateAligned<double>(size + tail);
-  if (!data) throw std::bad_alloc();
+AlignedArray AlignedArray::uninitialized(std::size_t size) {
+  AlignedArray array;
+  array.size_ = size;
+  array.data_ = hwy::AllocateAligned<double>(size + tail);
+  if (!array.data_) throw std::bad_alloc();
+  std::fill_n(array.data() + size, tail, 0.0);
+  return array;
+}
+
+AlignedArray::AlignedArray(std::size_t size) : AlignedArray(uninitialized(size)) {
+  constexpr std::size_t grain = std::size_t(1) << 17;
   // By all threads: a page lies where it is first touched.
   tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, size + tail, grain),
-      [&](const auto& range) { std::fill(&data[range.begin()], &data[range.begin()] + range.size(), 0.0); },
+      tbb::blocked_range<std::size_t>(0, size, grain),
+      [&](const auto& range) { std::fill_n(data() + range.begin(), range.size(), 0.0); },
       tbb::static_partitioner());
-  return data;
 }
 
 }  // namespace anticrack

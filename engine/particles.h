@@ -11,7 +11,8 @@ namespace anticrack {
 class AlignedArray {
  public:
   AlignedArray() = default;
-  explicit AlignedArray(std::size_t size) : size_(size), data_(allocate(size)) {}
+  explicit AlignedArray(std::size_t size);  ///< zeros
+  static AlignedArray uninitialized(std::size_t size);
   double* data() { return data_.get(); }
   const double* data() const { return data_.get(); }
   std::size_t size() const { return size_; }
@@ -19,7 +20,7 @@ class AlignedArray {
   double operator[](std::size_t i) const { return data_[i]; }
 
  private:
-  static hwy::AlignedFreeUniquePtr<double[]> allocate(std::size_t size);  ///< zeros
+  static constexpr std::size_t tail = 8;
   std::size_t size_ = 0;
   hwy::AlignedFreeUniquePtr<double[]> data_;
 };
