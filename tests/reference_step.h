@@ -112,6 +112,14 @@ struct Model {
     const double X = wall_coordinate(w);
     return w.upper ? int(std::floor(X - 0.5)) : int(std::ceil(X + 0.5));
   }
+  /// Whether the walls of an axis have a mirror node each: between those that grip a thin sample there may be
+  /// no two.
+  bool have_mirrors(int axis) const {
+    int mirror[2] = {};
+    for (const PlainWall& w : walls)
+      if (w.axis == axis) mirror[w.upper] = mirror_of(w);
+    return mirror[0] < mirror[1];
+  }
   bool holds(const PlainWall& w, int n) const {
     if (wall_rule == WallRule::paper) return w.upper ? n >= wall_coordinate(w) : n <= wall_coordinate(w);
     return w.upper ? n > mirror_of(w) : n < mirror_of(w);
@@ -131,7 +139,7 @@ struct Model {
         const double X = wall_coordinate(w), v_wall = normal ? w.velocity : 0;
         const double rho = (i[w.axis] - X) / (mirror_of(w) - X);
         t.held = true;
-        t.extrapolated = t.extrapolated && std::abs(i[w.axis] - X) <= 1.5;
+        t.extrapolated = t.extrapolated && std::abs(i[w.axis] - X) <= 1.5 && have_mirrors(w.axis);
         t.free[w.axis] = mirror_of(w);
         t.b = v_wall + rho * (t.b - v_wall);
         t.r *= rho;

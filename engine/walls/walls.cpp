@@ -73,15 +73,16 @@ struct Walls::Reach {
   double X;
   int last;
   int mirror;  ///< first free node at least half a cell inside; the ghost rule extrapolates from it
-  bool upper;
+  bool upper, by_ghosts;
   static constexpr int most_ghosts = 3;
   int ghosts = 0;                 ///< planes outward from the mirror that a particle inside reaches
   double ratio[most_ghosts + 1];  ///< (x_g - x_w) / (x_j - x_w) of the k-th plane outward from the mirror
 
-  Reach(const Wall& wall, WallRule rule, double cell_size, double offset) : upper(wall.upper) {
+  Reach(const Wall& wall, WallRule rule, double cell_size, double offset)
+      : upper(wall.upper), by_ghosts(rule == WallRule::ghost) {
     const double inward = wall.upper ? -1 : 1;
     X = (wall.position + inward * wall.grip_depth) / cell_size - offset;
-    if (rule == WallRule::ghost) {
+    if (by_ghosts) {
       mirror = upper ? int(std::floor(X - 0.5)) : int(std::ceil(X + 0.5));
       last = upper ? mirror + 1 : mirror - 1;
     } else {
@@ -199,12 +200,12 @@ struct Walls::Role {
   bool operator==(const Role&) const = default;
 
   Role() = default;
-  Role(int axis, int node, WallRule rule, const std::array<Reach, 6>& reach) {
+  Role(int axis, int node, const std::array<Reach, 6>& reach) {
     for (int w = 2 * axis; w < 2 * axis + 2; ++w) {
       const Reach& r = reach[w];
       if (!r.holds(node)) {
-        if (rule == WallRule::ghost && r.mirror == node && kind <= mirror) kind = mirror, wall = w;
-      } else if (rule == WallRule::ghost && r.extrapolates(node)) {
+        if (r.by_ghosts && r.mirror == node && kind <= mirror) kind = mirror, wall = w;
+      } else if (r.by_ghosts && r.extrapolates(node)) {
         kind = ghost, wall = w, to_mirror = (r.mirror >> 2) - (node >> 2);
       } else {
         kind = held, wall = w, to_mirror = 0;
@@ -349,7 +350,7 @@ void Walls::constrain_leaf(const SparseGrid& grid, std::uint32_t l, double ramp,
   whole.add({}, ~std::uint64_t{0});
   for (int a = 0; a < 3; ++a)
     for (int k = 0; k < block_edge; ++k)
-      slices[a].add(Role(a, leaf.origin[a] * block_edge + k, rule_, reach), plane(a, k));
+      slices[a].add(Role(a, leaf.origin[a] * block_edge + k, reach), plane(a, k));
   Surroundings around(grid, l);
   const auto coordinates = [&](int index) {
     return Index3{leaf.origin[0] * block_edge + (index >> 4), leaf.origin[1] * block_edge + (index >> 2 & 3),
@@ -398,8 +399,11 @@ void Walls::constrain_leaf(const SparseGrid& grid, std::uint32_t l, double ramp,
 
 WallAction Walls::apply(SparseGrid& grid, double time) const {
   const auto reach_of = [&](int w) { return Reach(walls_[w], rule_, cell_size_, grid_offset_[w / 2]); };
-  const std::array<Reach, 6> reach{reach_of(0), reach_of(1), reach_of(2),
-                                   reach_of(3), reach_of(4), reach_of(5)};
+  std::array<Reach, 6> reach{reach_of(0), reach_of(1), reach_of(2), reach_of(3), reach_of(4), reach_of(5)};
+  // Walls that grip a thin sample leave no node free between them, or one that cannot be the mirror of both.
+  for (int a = 0; a < 3; ++a)
+    if (reach[2 * a].mirror >= reach[2 * a + 1].mirror)
+      reach[2 * a].by_ghosts = reach[2 * a + 1].by_ghosts = false;
   const auto is_near = [&](const Index3& origin) {
     for (int w = 0; w < 6; ++w)
       if (reach[w].touches_leaf(origin[w / 2]) || reach[w].mirror >> 2 == origin[w / 2]) return true;

@@ -45,7 +45,8 @@ Comparison compare(const SimulationSetup& setup, const std::vector<Vec3>& positi
           ? triaxial_walls(std::get<TriaxialLoading>(setup.loading), setup.box_size, setup.cell_size)
           : confined_compression_walls(std::get<ConfinedCompression>(setup.loading), setup.box_size);
   for (const Wall& w : walls)
-    plain.walls.push_back({w.axis, w.upper, w.position, w.full_velocity, w.tangential == Tangential::fixed});
+    plain.walls.push_back({w.axis, w.upper, w.position + (w.upper ? -1 : 1) * w.grip_depth, w.full_velocity,
+                           w.tangential == Tangential::fixed});
   for (int n = 0; n < steps; ++n) {
     engine.step(true);
     if (setup.numerics.flip_time) plain.flip = std::exp(-engine.dt() / *setup.numerics.flip_time);
@@ -303,6 +304,20 @@ TEST(Walls, UniformStressIsInEquilibriumUpToTheWalls) {
     simulation.step(true);
     EXPECT_LT(simulation.observed().q / std::abs(simulation.observed().tau[0]), 5e-4);
   }
+}
+
+/// Walls that pull take hold one cell inside: of a sample three to five cells thick no node may be left to be
+/// a mirror, or one for both walls.
+TEST(Walls, GripThinSamplesAsThePlainStepDoes) {
+  for (const int thickness : {7, 8, 9, 10, 11})
+    for (const double offset : {0.0, 0.3, 0.5}) {
+      const Index3 points{12, 12, thickness};
+      auto setup = setup_of(points, 0.05, elastic(), TriaxialLoading{0, 1, 2.0, WallKind::paper});
+      setup.numerics.grid_offset = {offset, offset, offset};
+      const Comparison worst = compare(setup, porous_block(points, 0.05, 0.9), 30);
+      EXPECT_LT(worst.position, 1e-10) << thickness << " points, offset " << offset;
+      EXPECT_LT(worst.velocity, 1e-10) << thickness << " points, offset " << offset;
+    }
 }
 
 TEST(Walls, AbortWhenTheyCloseOnEachOther) {
