@@ -112,8 +112,7 @@ struct Model {
     const double X = wall_coordinate(w);
     return w.upper ? int(std::floor(X - 0.5)) : int(std::ceil(X + 0.5));
   }
-  /// Whether the walls of an axis have a mirror node each: between those that grip a thin sample there may be
-  /// no two.
+  /// Whether the walls of an axis have a mirror node each; those that grip a thin sample may not.
   bool have_mirrors(int axis) const {
     int mirror[2] = {};
     for (const PlainWall& w : walls)

@@ -400,7 +400,7 @@ void Walls::constrain_leaf(const SparseGrid& grid, std::uint32_t l, double ramp,
 WallAction Walls::apply(SparseGrid& grid, double time) const {
   const auto reach_of = [&](int w) { return Reach(walls_[w], rule_, cell_size_, grid_offset_[w / 2]); };
   std::array<Reach, 6> reach{reach_of(0), reach_of(1), reach_of(2), reach_of(3), reach_of(4), reach_of(5)};
-  // Walls that grip a thin sample leave no node free between them, or one that cannot be the mirror of both.
+  // Walls that grip a thin sample may leave one plane of nodes between them, which cannot mirror both.
   for (int a = 0; a < 3; ++a)
     if (reach[2 * a].mirror >= reach[2 * a + 1].mirror)
       reach[2 * a].by_ghosts = reach[2 * a + 1].by_ghosts = false;

@@ -306,11 +306,11 @@ TEST(Walls, UniformStressIsInEquilibriumUpToTheWalls) {
   }
 }
 
-/// Walls that pull take hold one cell inside: of a sample three to five cells thick no node may be left to be
-/// a mirror, or one for both walls.
+/// Walls that pull take hold one cell inside: in a sample four or five cells thick one plane of nodes may be
+/// left, which cannot mirror both.
 TEST(Walls, GripThinSamplesAsThePlainStepDoes) {
-  for (const int thickness : {7, 8, 9, 10, 11})
-    for (const double offset : {0.0, 0.3, 0.5}) {
+  for (const int thickness : {8, 9, 10, 11})
+    for (const double offset : {0.05, 0.3, 0.55}) {
       const Index3 points{12, 12, thickness};
       auto setup = setup_of(points, 0.05, elastic(), TriaxialLoading{0, 1, 2.0, WallKind::paper});
       setup.numerics.grid_offset = {offset, offset, offset};
