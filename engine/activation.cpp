@@ -252,6 +252,7 @@ void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid
   });
   permute_all(particles, order);
   std::vector<Index3> origins;
+  origins.reserve(kept.size());
   for (const Kept& k : kept) origins.push_back(grid.blocks()[k.block].origin);
   grid.set_blocks(origins);
   cells = std::move(new_cells);
