@@ -73,7 +73,8 @@ struct Walls::Reach {
   double X;
   int last;
   int mirror;  ///< first free node at least half a cell inside; the ghost rule extrapolates from it
-  bool upper, by_ghosts;
+  bool upper;
+  bool by_ghosts;  ///< extrapolates beyond the mirror; otherwise the nodes that it holds take its velocity
   static constexpr int most_ghosts = 3;
   int ghosts = 0;                 ///< planes outward from the mirror that a particle inside reaches
   double ratio[most_ghosts + 1];  ///< (x_g - x_w) / (x_j - x_w) of the k-th plane outward from the mirror
