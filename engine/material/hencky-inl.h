@@ -70,8 +70,7 @@ struct CayleyHamilton {
 /// |a| up to which the series are full double precision: the first term of the tensor's logarithm left out is
 /// 0.12^15 / 15.
 constexpr double series_range = 0.12;
-/// |a| up to which their first terms are: of the tensor's logarithm 0.005^8 / 8 is left out. Solids are there
-/// until they jam.
+/// |a| up to which their first terms are: of the tensor's logarithm 0.005^8 / 8 is left out.
 constexpr double short_range = 0.005;
 
 /// Coefficients of a power series, and how many of them suffice within `short_range`.
@@ -84,13 +83,10 @@ struct Series {
 constexpr Series<15> log_series = {8,
                                    {0, 1., -1. / 2, 1. / 3, -1. / 4, 1. / 5, -1. / 6, 1. / 7, -1. / 8, 1. / 9,
                                     -1. / 10, 1. / 11, -1. / 12, 1. / 13, -1. / 14}};
+/// e^x - 1
 constexpr Series<13> exp_series = {7,
                                    {0, 1., 1. / 2, 1. / 6, 1. / 24, 1. / 120, 1. / 720, 1. / 5040, 1. / 40320,
                                     1. / 362880, 1. / 3628800, 1. / 39916800, 1. / 479001600}};
-/// (e^x - 1) / x
-constexpr Series<12> expm1_series = {6,
-                                     {1., 1. / 2, 1. / 6, 1. / 24, 1. / 120, 1. / 720, 1. / 5040, 1. / 40320,
-                                      1. / 362880, 1. / 3628800, 1. / 39916800, 1. / 479001600}};
 /// log(1 + a) = 2 atanh(z), z = a / (2 + a), in powers of z^2.
 constexpr Series<7> atanh_series = {3, {2., 2. / 3, 2. / 5, 2. / 7, 2. / 9, 2. / 11, 2. / 13}};
 
@@ -273,7 +269,7 @@ HWY_INLINE Symmetric<V> left_cauchy_green_minus_identity(D d, V trace, const Sym
     }
   // e^{2 trace/3} (I + y) - I = (e^{2 trace/3} - 1) I + e^{2 trace/3} y
   const V exponent = hn::Set(d, 2.0 / 3.0) * trace;
-  V volume = exponent * power_series(d, exponent, expm1_series, hn::Abs(exponent) <= hn::Set(d, short_range));
+  V volume = power_series(d, exponent, exp_series, hn::Abs(exponent) <= hn::Set(d, short_range));
   const auto in_series = hn::Abs(exponent) <= hn::Set(d, 2 * series_range);
   if (HWY_UNLIKELY(!hn::AllTrue(d, in_series)))
     volume = hn::IfThenElse(in_series, volume, hn::Expm1(d, exponent));

@@ -18,8 +18,7 @@ struct Block {
   std::vector<std::array<Node, block_cells>> leaves{8}, partials{8};
   BlockView view{};
 
-  /// @param a_cell  particles; 0: none to eight, 294 in 46 cells; -1: 92 in 17, the average at solid fraction
-  /// 0.2
+  /// @param a_cell  particles; 0: none to eight, 294 in 46 cells; -1: 92 in 17, as in a thin sample
   /// @param strain  size of b - I
   Block(int a_cell, double strain) {
     std::mt19937 random(1);
