@@ -77,6 +77,14 @@ void permute_all(Particles& particles, const std::vector<std::uint32_t>& order) 
   particles.id = std::move(id);
 }
 
+/// The leaves that the particles of a block reach from their cells.
+std::uint8_t leaves_reached(const CellRanges& cells) {
+  std::uint8_t leaves = 0;
+  for (int cell = 0; cell < block_cells; ++cell)
+    if (cells[cell] < cells[cell + 1]) leaves |= leaves_up_to(farthest_leaf(cell));
+  return leaves;
+}
+
 bool inside_cell(double s) {
   return s >= 0 && s <= 1;
 }
@@ -128,7 +136,7 @@ void place_particles(std::span<const Vec3> positions, double cell_size, const Ve
   if (fields.affine)
     for (auto& a : particles.affine) a = AlignedArray(count);
   particles.id.resize(count);
-  std::vector<Index3> origins;
+  std::vector<BlockReach> reaches;
   cells.clear();
   for (std::size_t n = 0; n < count; ++n) {
     const std::uint32_t i = std::uint32_t(order[n].cell_and_id);
@@ -136,14 +144,15 @@ void place_particles(std::span<const Vec3> positions, double cell_size, const Ve
     for (int a = 0; a < 3; ++a) particles.s[a][n] = c.s[a];
     particles.id[n] = i;
     if (n == 0 || order[n].block != order[n - 1].block) {
-      origins.push_back(block_of(c.base));
+      reaches.push_back({block_of(c.base), 0});
       cells.emplace_back();
       cells.back().fill(std::uint32_t(n));
     }
     for (int cell = int(order[n].cell_and_id >> 32) + 1; cell <= block_cells; ++cell)
       cells.back()[cell] = std::uint32_t(n + 1);
   }
-  grid.set_blocks(origins);
+  for (std::size_t b = 0; b < cells.size(); ++b) reaches[b].leaves = leaves_reached(cells[b]);
+  grid.set_reach(reaches);
 }
 
 std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results, const Particles& particles,
@@ -152,12 +161,13 @@ std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results,
   std::vector<std::size_t> first(results.size() + 1, 0);
   for (std::size_t b = 0; b < results.size(); ++b) first[b + 1] = first[b] + results[b].strays.size();
   strays.resize(first.back());
-  std::vector<Index3> block_origins(strays.size());
+  std::vector<BlockReach> reaches(strays.size());
   constexpr int nowhere = -1;
   tbb::parallel_for(std::size_t(0), results.size(), [&](std::size_t b) {
     const CellRanges& ranges = cells[b];
     int home = 0;
-    Index3 entered_origin = grid.blocks()[b].origin;
+    const BlockReach& own = grid.blocks()[b].reach;
+    Index3 entered_origin = own.origin;
     std::uint32_t entered = std::uint32_t(b);
     for (std::size_t n = first[b]; n < first[b + 1]; ++n) {
       const std::uint32_t particle = results[b].strays[n - first[b]];
@@ -166,7 +176,7 @@ std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results,
       while (ranges[home + 1] <= particle) ++home;  // they ascend
       Stray& stray = strays[n];
       stray = {particle, SparseGrid::none, nowhere, {}};
-      Index3 cell = grid.blocks()[b].origin;
+      Index3 cell = own.origin;
       bool finite = true, stays_in_block = true;
       for (int a = 0; a < 3; ++a) {
         const double s = particles.s[a][particle];
@@ -179,19 +189,22 @@ std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results,
       }
       if (!finite) continue;
       stray.cell = cell_in_block(cell);
-      block_origins[n] = block_of(cell);
-      if (!stays_in_block && block_origins[n] != entered_origin) {  // those that leave mostly go the same way
-        entered_origin = block_origins[n];
+      reaches[n] = {block_of(cell), leaves_up_to(farthest_leaf(stray.cell))};
+      if (!stays_in_block &&
+          reaches[n].origin != entered_origin) {  // those that leave mostly go the same way
+        entered_origin = reaches[n].origin;
         entered = grid.find_block(entered_origin);
       }
-      stray.block = stays_in_block ? std::uint32_t(b) : entered;
+      const std::uint32_t block = stays_in_block ? std::uint32_t(b) : entered;
+      if (block != SparseGrid::none && grid.blocks()[block].reach.includes(reaches[n].leaves))
+        stray.block = block;
     }
   });
-  // Few enter blocks that are not active: one after the other, in order.
+  // Few enter blocks or reach leaves that are not active: one after the other, in order.
   for (std::size_t n = 0; n < strays.size(); ++n) {
     if (strays[n].cell == nowhere) return strays[n].particle;
     if (strays[n].block != SparseGrid::none) continue;
-    strays[n].block = grid.find_or_add_block(block_origins[n]);
+    strays[n].block = grid.activate(reaches[n]);
     if (strays[n].block == cells.size()) {
       cells.emplace_back();
       cells.back().fill(std::uint32_t(particles.count));
@@ -228,7 +241,7 @@ void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid
   };
   std::vector<Kept> kept;
   for (std::uint32_t b = 0; b < old_blocks; ++b)
-    if (count[b] > 0) kept.push_back({block_key(grid.blocks()[b].origin), b, 0});
+    if (count[b] > 0) kept.push_back({block_key(grid.blocks()[b].reach.origin), b, 0});
   tbb::parallel_sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) { return a.key < b.key; });
   std::uint32_t begin = 0;
   for (Kept& k : kept) {
@@ -238,6 +251,7 @@ void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid
 
   std::vector<std::uint32_t> order(particles.count);  // new -> old
   std::vector<CellRanges> new_cells(kept.size());
+  std::vector<BlockReach> reaches(kept.size());
   tbb::parallel_for(std::size_t(0), kept.size(), [&](std::size_t n) {
     const std::uint32_t b = kept[n].block;
     std::uint32_t to = kept[n].begin, arrival = first_arrival[b];
@@ -249,12 +263,10 @@ void sort_particles(std::vector<Stray>& strays, Particles& particles, SparseGrid
         order[to++] = strays[arrival].particle;
     }
     new_cells[n][block_cells] = to;
+    reaches[n] = {grid.blocks()[b].reach.origin, leaves_reached(new_cells[n])};
   });
   permute_all(particles, order);
-  std::vector<Index3> origins;
-  origins.reserve(kept.size());
-  for (const Kept& k : kept) origins.push_back(grid.blocks()[k.block].origin);
-  grid.set_blocks(origins);
+  grid.set_reach(reaches);
   cells = std::move(new_cells);
   strays.clear();
 }
@@ -267,7 +279,7 @@ std::vector<Vec3> world_positions(const Particles& particles, const SparseGrid& 
     for (int cell = 0; cell < block_cells; ++cell)
       for (std::uint32_t i = cells[b][cell]; i < cells[b][cell + 1]; ++i)
         for (int a = 0; a < 3; ++a) {
-          const int base = grid.blocks()[b].origin[a] * block_edge + (cell >> (4 - 2 * a) & 3);
+          const int base = grid.blocks()[b].reach.origin[a] * block_edge + (cell >> (4 - 2 * a) & 3);
           x[i][a] = (base + (particles.s[a][i] + 0.5) + grid_offset[a]) * cell_size;
         }
   });
@@ -276,9 +288,10 @@ std::vector<Vec3> world_positions(const Particles& particles, const SparseGrid& 
 
 MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset,
                                ParticleFields fields) {
-  std::vector<std::uint64_t> keys(positions.size());
+  std::vector<std::uint64_t> keys(positions.size());  // block, then what is reached there
   tbb::parallel_for(std::size_t(0), positions.size(), [&](std::size_t i) {
-    keys[i] = block_key(block_of(dual_cell(positions[i], cell_size, grid_offset).base));
+    const Index3 cell = dual_cell(positions[i], cell_size, grid_offset).base;
+    keys[i] = block_key(block_of(cell)) << 3 | std::uint64_t(farthest_leaf(cell_in_block(cell)));
   });
   tbb::parallel_sort(keys.begin(), keys.end());
   std::unordered_set<std::uint64_t> leaves, leaves_of_group;
@@ -290,13 +303,16 @@ MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size
   };
   for (std::size_t i = 0; i < keys.size(); ++i) {
     if (i > 0 && keys[i] == keys[i - 1]) continue;
-    if (blocks++ % group_blocks == 0) {
+    const std::uint64_t block = keys[i] >> 3;
+    const bool is_new = i == 0 || block != keys[i - 1] >> 3;
+    if (is_new && blocks++ % group_blocks == 0) {
       partials += leaves_of_group.size();
       leaves_of_group.clear();
     }
     for (int o = 0; o < 8; ++o) {
+      if (!(leaves_up_to(int(keys[i] & 7)) >> o & 1)) continue;
       const std::uint64_t leaf =
-          morton({undo(keys[i], 2) + (o >> 2), undo(keys[i], 1) + (o >> 1 & 1), undo(keys[i], 0) + (o & 1)});
+          morton({undo(block, 2) + (o >> 2), undo(block, 1) + (o >> 1 & 1), undo(block, 0) + (o & 1)});
       leaves.insert(leaf);
       leaves_of_group.insert(leaf);
     }

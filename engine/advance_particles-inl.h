@@ -187,30 +187,40 @@ struct ChunkRange {
 /// Vectors across particles.
 using ParticleVector = hn::CappedTag<double, 8>;
 
+/// Calls visit(leaf of the eight, first node in the leaf, the same in the tile, how many) for the rows along
+/// z at (x, y) of the tile in leaves that the block's particles reach.
+template <class Visit>
+HWY_INLINE void for_each_reached_row(const BlockView& block, int x, int y, Visit visit) {
+  for (int oz = 0; oz < 2; ++oz) {
+    const int o = (x >> 2) * 4 + (y >> 2) * 2 + oz;
+    if (block.leaf[o])
+      visit(o, leaf_index(x & 3, y & 3, 0), (x * tile_edge + y) * tile_edge + 4 * oz, oz ? tile_edge - 4 : 4);
+  }
+}
+
+/// The same for all (x, y).
+template <class Visit>
+HWY_INLINE void for_each_reached_row(const BlockView& block, Visit visit) {
+  for (int x = 0; x < tile_edge; ++x)
+    for (int y = 0; y < tile_edge; ++y) for_each_reached_row(block, x, y, visit);
+}
+
 /// Copies the nodes that a block reaches side by side.
 HWY_INLINE void gather_nodes(const BlockView& block, Tile& nodes) {
-  for (int x = 0; x < tile_edge; ++x)
-    for (int y = 0; y < tile_edge; ++y)
-      for (int oz = 0; oz < 2; ++oz) {
-        const Node* leaf = block.leaf[(x >> 2) * 4 + (y >> 2) * 2 + oz];
-        std::memcpy(static_cast<void*>(&nodes[(x * tile_edge + y) * tile_edge + 4 * oz]),
-                    leaf + leaf_index(x & 3, y & 3, 0), (oz ? tile_edge - 4 : 4) * sizeof(Node));
-      }
+  for_each_reached_row(block, [&](int o, int first, int first_in_tile, int count) ANTICRACK_INLINE {
+    std::memcpy(static_cast<void*>(&nodes[first_in_tile]), block.leaf[o] + first, count * sizeof(Node));
+  });
 }
 
 /// Adds what a block's particles gave to the group's sums.
 HWY_INLINE void add_tile(const Tile& tile, const BlockView& block) {
   const NodeVector d;
-  constexpr int lanes = int(hn::MaxLanes(d));
-  for (int x = 0; x < tile_edge; ++x)
-    for (int y = 0; y < tile_edge; ++y)
-      for (int oz = 0; oz < 2; ++oz) {
-        const double* from = reinterpret_cast<const double*>(&tile[(x * tile_edge + y) * tile_edge + 4 * oz]);
-        double* to = reinterpret_cast<double*>(block.partial[(x >> 2) * 4 + (y >> 2) * 2 + oz] +
-                                               leaf_index(x & 3, y & 3, 0));
-        for (int n = 0; n < (oz ? tile_edge - 4 : 4) * 8; n += lanes)
-          hn::Store(hn::Load(d, to + n) + hn::Load(d, from + n), d, to + n);
-      }
+  for_each_reached_row(block, [&](int o, int first, int first_in_tile, int count) ANTICRACK_INLINE {
+    const double* from = reinterpret_cast<const double*>(&tile[first_in_tile]);
+    double* to = reinterpret_cast<double*>(block.partial[o] + first);
+    for (int n = 0; n < count * 8; n += int(hn::MaxLanes(d)))
+      hn::Store(hn::Load(d, to + n) + hn::Load(d, from + n), d, to + n);
+  });
 }
 
 /// The lowest node of a cell of a block, in its tile.
@@ -255,14 +265,12 @@ class NodesAhead {
   }
 
   HWY_INLINE void ask(int rows) {
-    for (; rows > 0 && row_ < tile_edge * tile_edge; --rows, ++row_) {
-      const int x = row_ / tile_edge, y = row_ % tile_edge;
-      for (int oz = 0; oz < 2; ++oz) {
-        const int leaf = (x >> 2) * 4 + (y >> 2) * 2 + oz, first = leaf_index(x & 3, y & 3, 0);
-        for (int z = 0; z < (oz ? tile_edge - 4 : 4); ++z) hwy::Prefetch(block_.leaf[leaf] + first + z);
-        for (int z = 0; z < (oz ? tile_edge - 4 : 4); ++z) hwy::Prefetch(block_.partial[leaf] + first + z);
-      }
-    }
+    for (; rows > 0 && row_ < tile_edge * tile_edge; --rows, ++row_)
+      for_each_reached_row(block_, row_ / tile_edge, row_ % tile_edge,
+                           [&](int o, int first, int, int count) ANTICRACK_INLINE {
+                             for (int z = 0; z < count; ++z) hwy::Prefetch(block_.leaf[o] + first + z);
+                             for (int z = 0; z < count; ++z) hwy::Prefetch(block_.partial[o] + first + z);
+                           });
   }
 
  private:

@@ -110,9 +110,9 @@ HWY_INLINE void for_each_row(const StrayRun& run, const std::array<Node*, 8>& le
     for (int y = run.low[1]; y <= run.high[1]; ++y)
       for (int oz = 0; oz < 2; ++oz) {
         const int first = std::max(run.low[2], 4 * oz), last = std::min(run.high[2], 4 * oz + 3);
-        if (first > last) continue;
-        Node* const nodes = leaf[(x >> 2) * 4 + (y >> 2) * 2 + oz] + leaf_index(x & 3, y & 3, first & 3);
-        visit(reinterpret_cast<double*>(nodes),
+        Node* const nodes = leaf[(x >> 2) * 4 + (y >> 2) * 2 + oz];
+        if (first > last || !nodes) continue;
+        visit(reinterpret_cast<double*>(nodes + leaf_index(x & 3, y & 3, first & 3)),
               reinterpret_cast<double*>(&tile[(x * tile_edge + y) * tile_edge + first]),
               8 * (last - first + 1));
       }

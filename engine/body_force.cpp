@@ -28,7 +28,7 @@ void add_body_force(const BodyAcceleration& b, double time, double mass, double 
                     const Vec3& grid_offset, const Particles& particles, std::span<const Stray> strays,
                     const std::vector<CellRanges>& cells, const SparseGrid& grid) {
   const auto add = [&](std::uint32_t block, int cell, const Vec3& s) {
-    const Index3& origin = grid.blocks()[block].origin;
+    const Index3& origin = grid.blocks()[block].reach.origin;
     Vec3 x;
     for (int a = 0; a < 3; ++a)
       x[a] = cell_size * (origin[a] * block_edge + (cell >> (4 - 2 * a) & 3) + 0.5 + s[a] + grid_offset[a]);

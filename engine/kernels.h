@@ -112,7 +112,7 @@ struct LeafView {
 
 /// A block as the kernels see it.
 struct BlockView {
-  const Node* leaf[8];  ///< nodes to read
+  const Node* leaf[8];  ///< nodes to read, null where the particles do not reach
   Node* partial[8];     ///< sums to add to
   const std::uint32_t*
       cell_begin;  ///< 65 entries: particles of cell c are [cell_begin[c], cell_begin[c + 1])

@@ -42,11 +42,15 @@ void Simulation::save(CheckpointWriter& out) const {
     out.add(name, std::span(array.data(), array.size()));
   });
   out.add("particle.id", std::span<const std::uint32_t>(particles_.id));
-  // Blocks as they are, those that only strays reach included, so that every sum keeps its order.
+  // What is active as it came, what only strays reach included, so that every sum keeps its order.
   std::vector<std::int32_t> origins;
-  for (const SparseGrid::Block& block : grid_.blocks())
-    origins.insert(origins.end(), block.origin.begin(), block.origin.end());
-  out.add_copy<std::int32_t>("block.origin", origins);
+  std::vector<std::uint8_t> leaves;
+  for (const BlockReach& reach : grid_.reach()) {
+    origins.insert(origins.end(), reach.origin.begin(), reach.origin.end());
+    leaves.push_back(reach.leaves);
+  }
+  out.add_copy<std::int32_t>("reach.block", origins);
+  out.add_copy<std::uint8_t>("reach.leaves", leaves);
   out.add("block.cells", std::span<const std::uint32_t>(cells_.data()->data(),
                                                         cells_.size() * std::tuple_size_v<CellRanges>));
   std::vector<std::uint32_t> returned;
@@ -71,14 +75,16 @@ Simulation::Simulation(const SimulationSetup& setup, CheckpointReader& in) : Sim
     array = AlignedArray(particles_.count);
     in.read<double>(name, std::span(array.data(), array.size()));
   });
-  const auto origins = in.read<std::int32_t>("block.origin");
-  std::vector<Index3> blocks(origins.size() / 3);
-  for (std::size_t b = 0; b < blocks.size(); ++b)
-    blocks[b] = {origins[3 * b], origins[3 * b + 1], origins[3 * b + 2]};
-  cells_.resize(blocks.size());
+  const auto leaves = in.read<std::uint8_t>("reach.leaves");
+  std::vector<std::int32_t> origins(3 * leaves.size());
+  in.read<std::int32_t>("reach.block", std::span(origins));
+  std::vector<BlockReach> reach(leaves.size());
+  for (std::size_t n = 0; n < reach.size(); ++n)
+    reach[n] = {{origins[3 * n], origins[3 * n + 1], origins[3 * n + 2]}, leaves[n]};
+  grid_.set_reach(reach);
+  cells_.resize(grid_.blocks().size());
   in.read<std::uint32_t>("block.cells",
                          std::span(cells_.data()->data(), cells_.size() * std::tuple_size_v<CellRanges>));
-  grid_.set_blocks(blocks);
   scatter_particles(in.read<std::uint32_t>("returned_strays"));
   sort_debt_ = in.read_value<double>("sort_debt");
 }

@@ -75,39 +75,46 @@ SparseGrid::~SparseGrid() = default;
 SparseGrid::SparseGrid(SparseGrid&&) noexcept = default;
 SparseGrid& SparseGrid::operator=(SparseGrid&&) noexcept = default;
 
-void SparseGrid::set_blocks(const std::vector<Index3>& origins) {
-  if (std::equal(origins.begin(), origins.end(), blocks_.begin(), blocks_.end(),
-                 [](const Index3& origin, const Block& block) { return origin == block.origin; }))
-    return;
+void SparseGrid::set_reach(const std::vector<BlockReach>& reaches) {
+  if (reaches == reach_) return;
   const std::vector<Leaf> old_leaves = std::move(leaves_);
+  reach_.clear();
   blocks_.clear();
   groups_.clear();
   leaves_.clear();
   block_at_.clear();
   leaf_at_.clear();
   partials_ = 0;
-  for (const Index3& origin : origins)
-    add_block(origin, false);  // the next pass over particles clears the sums
+  for (const BlockReach& reach : reaches)
+    activate(reach, false);  // the next pass over particles clears the sums
   slabs_.resize((partials_ + slab_partials - 1) / slab_partials);
   for (const Leaf& leaf : old_leaves)
     if (find_leaf(leaf.origin) == none)
       delete tree_->tree.stealNode<NodeLeaf>(first_node(leaf.origin), Node{}, false);
 }
 
-std::uint32_t SparseGrid::add_block(const Index3& origin, bool clear) {
-  const auto block = std::uint32_t(blocks_.size());
-  const std::uint32_t group = block / group_blocks;
-  if (group == groups_.size()) groups_.push_back({block, block, {}});
-  groups_[group].last_block = block + 1;
-  block_at_.emplace(origin, block);
-  blocks_.push_back({origin, {}, {}, {}});
+std::uint32_t SparseGrid::activate(const BlockReach& reach) {
+  const std::uint32_t found = find_block(reach.origin);
+  return found != none && blocks_[found].reach.includes(reach.leaves) ? found : activate(reach, true);
+}
+
+std::uint32_t SparseGrid::activate(const BlockReach& reach, bool clear) {
+  reach_.push_back(reach);
+  const auto [entry, is_new] = block_at_.try_emplace(reach.origin, std::uint32_t(blocks_.size()));
+  const std::uint32_t block = entry->second, group = block / group_blocks;
+  if (is_new) {
+    if (group == groups_.size()) groups_.push_back({block, block, {}});
+    groups_[group].last_block = block + 1;
+    blocks_.push_back({{reach.origin, 0}, {}, {}});
+  }
   for (int o = 0; o < 8; ++o) {
-    const std::uint32_t leaf =
-        find_or_add_leaf({origin[0] + (o >> 2), origin[1] + (o >> 1 & 1), origin[2] + (o & 1)});
-    blocks_[block].leaf[o] = leaf;
+    if (!((reach.leaves & ~blocks_[block].reach.leaves) >> o & 1)) continue;
+    const Index3& at = reach.origin;
+    const std::uint32_t leaf = find_or_add_leaf({at[0] + (o >> 2), at[1] + (o >> 1 & 1), at[2] + (o & 1)});
     blocks_[block].nodes[o] = leaves_[leaf].nodes;
     blocks_[block].partial[o] = find_or_add_partial(leaf, group, clear);
   }
+  blocks_[block].reach.leaves |= reach.leaves;
   return block;
 }
 
@@ -126,11 +133,6 @@ Node* SparseGrid::find_or_add_partial(std::uint32_t l, std::uint32_t group, bool
   leaf.group[leaf.groups++] = group;
   groups_[group].partials.push_back(partial);
   return partial;
-}
-
-std::uint32_t SparseGrid::find_or_add_block(const Index3& origin) {
-  const std::uint32_t found = find_block(origin);
-  return found != none ? found : add_block(origin, true);
 }
 
 std::uint32_t SparseGrid::find_or_add_leaf(const Index3& origin) {

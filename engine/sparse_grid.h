@@ -35,6 +35,27 @@ constexpr int leaf_index(int x, int y, int z) {
   return (x * block_edge + y) * block_edge + z;
 }
 
+/// The farthest of the eight leaves of a block that a particle in `cell` reaches, 4 ox + 2 oy + oz: from the
+/// third cell along an axis on its stencil extends beyond the first.
+constexpr int farthest_leaf(int cell) {
+  return (cell >> 5 & 1) << 2 | (cell >> 3 & 1) << 1 | (cell >> 1 & 1);
+}
+
+/// That leaf and those on the way to it, bit 4 ox + 2 oy + oz.
+constexpr std::uint8_t leaves_up_to(int farthest) {
+  std::uint8_t leaves = 0;
+  for (int o = 0; o < 8; ++o) leaves |= std::uint8_t((o & ~farthest) == 0) << o;
+  return leaves;
+}
+
+/// A block coordinate, lowest dual cell / 4, and those of the eight leaves there that its particles reach.
+struct BlockReach {
+  Index3 origin;
+  std::uint8_t leaves;  ///< bit 4 ox + 2 oy + oz
+  bool operator==(const BlockReach&) const = default;
+  bool includes(std::uint8_t others) const { return (others & ~leaves) == 0; }
+};
+
 constexpr std::uint32_t group_blocks = 64;  ///< blocks that add to the same partial sums, one after the other
 
 /// The background grid: nodes live in the leaves (4^3) of an OpenVDB tree that exist only where a particle's
@@ -47,10 +68,10 @@ constexpr std::uint32_t group_blocks = 64;  ///< blocks that add to the same par
 class SparseGrid {
  public:
   struct Block {
-    Index3 origin;                      ///< block coordinate: lowest dual cell / 4
-    std::array<std::uint32_t, 8> leaf;  ///< leaves that its particles reach, index 4 ox + 2 oy + oz
-    std::array<Node*, 8> nodes;         ///< theirs
-    std::array<Node*, 8> partial;       ///< the group's sums over them
+    BlockReach reach;
+    // Index 4 ox + 2 oy + oz; null where the particles do not reach.
+    std::array<Node*, 8> nodes;    ///< of leaves
+    std::array<Node*, 8> partial;  ///< the group's sums over them
   };
   struct Leaf {
     Index3 origin;                           ///< leaf coordinate: lowest node / 4
@@ -74,12 +95,16 @@ class SparseGrid {
   SparseGrid(SparseGrid&&) noexcept;
   SparseGrid& operator=(SparseGrid&&) noexcept;
 
-  /// Makes `origins` (distinct, in the order given) the blocks; activates the leaves they reach and releases
-  /// all others.
-  void set_blocks(const std::vector<Index3>& origins);
+  /// Activates what `reaches` names, in that order, and releases all else. A block may come more than once,
+  /// to reach more.
+  void set_reach(const std::vector<BlockReach>& reaches);
 
-  /// The block at `origin`, activated with its leaves and empty sums if it was not active. Not thread safe.
-  std::uint32_t find_or_add_block(const Index3& origin);
+  /// What is active, in the order in which it was activated: set_reach of it leads to the same order of
+  /// blocks, leaves and sums.
+  const std::vector<BlockReach>& reach() const { return reach_; }
+
+  /// The block, activated with empty sums as far as it was not active. Not thread safe.
+  std::uint32_t activate(const BlockReach& reach);
 
   void set_occupied(std::size_t leaf, std::uint64_t nodes) { leaves_[leaf].occupied = nodes; }
 
@@ -106,12 +131,13 @@ class SparseGrid {
       return x ^ (x >> 31);
     }
   };
-  std::uint32_t add_block(const Index3& origin, bool clear);
+  std::uint32_t activate(const BlockReach& reach, bool clear);
   Node* find_or_add_partial(std::uint32_t leaf, std::uint32_t group, bool clear);
   std::uint32_t find_or_add_leaf(const Index3& origin);
 
   struct Tree;  // hides OpenVDB
   std::unique_ptr<Tree> tree_;
+  std::vector<BlockReach> reach_;
   std::vector<Block> blocks_;
   std::vector<Leaf> leaves_;
   std::vector<Group> groups_;

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr std::array<char, 8> magic = {'A', 'N', 'T', 'I', 'C', 'R', 'C', 'P'};
 constexpr std::uint32_t byte_order_mark = 0x01020304;
-constexpr std::uint32_t format_version = 4;
+constexpr std::uint32_t format_version = 5;
 constexpr std::size_t piece = 1 << 20;  // bytes read at once while verifying
 
 // Any format begins with these 40 bytes, so that a reader can tell another format from damage.
