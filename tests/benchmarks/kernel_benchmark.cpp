@@ -3,76 +3,97 @@
 #include <algorithm>
 #include <array>
 #include <random>
+#include <span>
 #include <vector>
 
+#include "activation.h"
 #include "fields/gaussian_random_field.h"
 #include "kernels.h"
+#include "sample_lattice.h"
 
 namespace anticrack {
 namespace {
 
-/// One block whose particles stay where they are: all it touches lies in the caches.
-struct Block {
+/// Some blocks whose particles stay where they are: all that a pass over them touches lies in the caches.
+struct Blocks {
   Particles particles;
-  std::array<std::uint32_t, block_cells + 1> cell_begin{};
-  std::vector<std::array<Node, block_cells>> leaves{8}, partials{8};
-  BlockView view{};
+  std::vector<CellRanges> cells;
+  std::vector<std::array<Node, block_cells>> leaves{8}, partials{8};  ///< one set for all
+  std::vector<BlockView> views;
+  std::size_t count = 0;  ///< particles in the blocks
 
-  /// @param a_cell  particles; 0: none to eight, 294 in 46 cells; -1: 92 in 17, as in a thin sample
   /// @param strain  size of b - I
-  Block(int a_cell, double strain) {
+  Blocks(std::span<const Vec3> positions, double cell_size, std::size_t most_blocks, double strain) {
+    SparseGrid grid;
+    place_particles(positions, cell_size, Vec3::Zero(), {true, true}, particles, grid, cells);
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform(0, 1);
-    for (int c = 0; c < block_cells; ++c) {
-      const double u = uniform(random), empty = a_cell == 0 ? 0.35 : 0.74, full = a_cell == 0 ? 0.33 : 0.11;
-      const int porous = u < empty ? 0 : u < empty + full ? 8 : 1 + int(7 * uniform(random));
-      cell_begin[c + 1] = cell_begin[c] + std::uint32_t(a_cell > 0 ? a_cell : porous);
-    }
-    const std::size_t n = particles.count = cell_begin[block_cells];
-    for (auto* arrays : {&particles.s[0], &particles.v[0]})
-      for (int a = 0; a < 3; ++a) arrays[a] = AlignedArray(n);
-    for (auto& a : particles.h) a = AlignedArray(n);
-    for (auto& a : particles.affine) a = AlignedArray(n);
-    particles.kappa = AlignedArray(n);
-    for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t i = 0; i < particles.count; ++i) {
       for (int a = 0; a < 3; ++a) particles.s[a][i] = 0.25 + 0.5 * uniform(random);
       for (int e = 0; e < 6; ++e) particles.h[e][i] = strain * (uniform(random) - 0.5);
     }
     for (auto& leaf : leaves)
       for (Node& node : leaf) node = {{1e-9 * uniform(random), 0, 0}, 1, {1e-12, 0, 0}, 0};
-    for (int o = 0; o < 8; ++o) view.leaf[o] = leaves[o].data();
-    for (int o = 0; o < 8; ++o) view.partial[o] = partials[o].data();
-    view.cell_begin = cell_begin.data();
+    const std::size_t wanted = std::min(most_blocks, cells.size());
+    for (std::size_t n = 0; n < wanted; ++n) {  // from everywhere in the sample
+      const std::size_t b = (2 * n + 1) * cells.size() / (2 * wanted);
+      count += cells[b].back() - cells[b].front();
+      views.push_back({{}, {}, cells[b].data()});
+      for (int o = 0; o < 8; ++o)
+        if (grid.blocks()[b].reach.leaves >> o & 1)
+          views[n].leaf[o] = leaves[o].data(), views[n].partial[o] = partials[o].data();
+    }
   }
 };
 
-void advance_block(benchmark::State& state, PassKind kind, double cohesion, double strain) {
-  const int a_cell = int(state.range(0));
-  Block block(a_cell, strain);
+/// One block with as many particles in each cell.
+Blocks uniform_block(int a_cell, double strain) {
+  std::vector<Vec3> x;
+  for (int cell = 0; cell < block_cells; ++cell)
+    for (int n = 0; n < a_cell; ++n) x.push_back(Vec3(cell >> 4, cell >> 2 & 3, cell & 3) + Vec3::Ones());
+  return {x, 1.0, 1, strain};
+}
+
+/// Blocks of the paper's cube, 131^3 lattice points, at a solid fraction.
+Blocks blocks_of_sample(double phi, double strain) {
+  constexpr int side = 131;
+  const SampleLattice lattice{{side, side, side}, 1.0 / side};
+  const auto G = GaussianRandomField::sample({10000, 9, 50, 1}, 1.0).evaluate_on_lattice(lattice, 0);
+  auto sorted = G;
+  const auto level = sorted.begin() + std::ptrdiff_t((1 - phi) * double(G.size()));
+  std::nth_element(sorted.begin(), level, sorted.end());
+  std::vector<Vec3> x;
+  for (std::size_t n = 0; n < G.size(); ++n)
+    if (G[n] >= *level) x.push_back(lattice.point(int(n % side), int(n / side % side), int(n / side / side)));
+  return {x, 2 * lattice.spacing, 32, strain};
+}
+
+void advance(benchmark::State& state, Blocks blocks, PassKind kind, double cohesion) {
   const Material material{1e4, {10e9, 0.3}, DruckerPragerSoftening{cohesion > 0 ? 1.2 : 0, cohesion, 0}};
   const StepConstants c{1e-9, 0.01, 0.99, 1, 1e-6, MaterialConstants(material), kernels().full_width};
-  const ParticlePointers pointers(block.particles);
-  for (auto _ : state) {
-    BlockResult result;
-    kernels().advance_block(kind, c, pointers, block.view, block.view, false, result);
-    benchmark::DoNotOptimize(result.sums);
-  }
-  const double particles = double(state.iterations()) * double(block.particles.count);
+  const ParticlePointers pointers(blocks.particles);
+  for (auto _ : state)
+    for (std::size_t b = 0; b < blocks.views.size(); ++b) {
+      BlockResult result;
+      kernels().advance_block(kind, c, pointers, blocks.views[b], blocks.views[(b + 1) % blocks.views.size()],
+                              false, result);
+      benchmark::DoNotOptimize(result.sums);
+    }
   state.counters["a_particle"] =
-      benchmark::Counter(particles, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+      benchmark::Counter(double(state.iterations()) * double(blocks.count),
+                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["a_block"] = double(blocks.count) / double(blocks.views.size());
   state.SetLabel(kernels().simd);
+}
+
+void advance_block(benchmark::State& state, PassKind kind, double cohesion, double strain) {
+  advance(state, uniform_block(int(state.range(0)), strain), kind, cohesion);
 }
 
 constexpr double never_yields = 1e12;
 constexpr PassKind plastic{Model::drucker_prager_implicit, Transfer::flip};
 
-BENCHMARK_CAPTURE(advance_block, elastic_state, plastic, never_yields, 1e-5)
-    ->Arg(8)
-    ->Arg(4)
-    ->Arg(2)
-    ->Arg(1)
-    ->Arg(0)
-    ->Arg(-1);
+BENCHMARK_CAPTURE(advance_block, elastic_state, plastic, never_yields, 1e-5)->Arg(8)->Arg(4)->Arg(2)->Arg(1);
 BENCHMARK_CAPTURE(advance_block, every_particle_yields, plastic, 0.0, 1e-5)->Arg(8);
 BENCHMARK_CAPTURE(advance_block, strain_beyond_the_series, plastic, never_yields, 0.5)->Arg(8);
 BENCHMARK_CAPTURE(advance_block, no_plasticity, PassKind({Model::hencky, Transfer::flip}), never_yields, 1e-5)
@@ -84,6 +105,12 @@ BENCHMARK_CAPTURE(advance_block, no_plasticity_pic, PassKind({Model::hencky, Tra
 BENCHMARK_CAPTURE(advance_block, apic, PassKind({Model::drucker_prager_implicit, Transfer::apic}),
                   never_yields, 1e-5)
     ->Arg(8);
+
+/// Solid fraction in percent.
+void advance_sample(benchmark::State& state) {
+  advance(state, blocks_of_sample(0.01 * double(state.range(0)), 1e-5), plastic, never_yields);
+}
+BENCHMARK(advance_sample)->Arg(20)->Arg(44)->Arg(70);
 
 void update_leaf(benchmark::State& state) {
   std::vector<std::array<Node, block_cells>> partials(std::size_t(state.range(0)));
