@@ -288,9 +288,15 @@ std::vector<Vec3> world_positions(const Particles& particles, const SparseGrid& 
 
 MemoryEstimate estimate_memory(std::span<const Vec3> positions, double cell_size, const Vec3& grid_offset,
                                ParticleFields fields) {
+  Index3 lowest{};  // a simulation counts from there
+  for (int a = 0; a < 3 && !positions.empty(); ++a) {
+    const auto by_axis = [a](const Vec3& x, const Vec3& y) { return x[a] < y[a]; };
+    lowest[a] = dual_cell(*std::ranges::min_element(positions, by_axis), cell_size, grid_offset).base[a];
+  }
   std::vector<std::uint64_t> keys(positions.size());  // block, then what is reached there
   tbb::parallel_for(std::size_t(0), positions.size(), [&](std::size_t i) {
-    const Index3 cell = dual_cell(positions[i], cell_size, grid_offset).base;
+    Index3 cell = dual_cell(positions[i], cell_size, grid_offset).base;
+    for (int a = 0; a < 3; ++a) cell[a] -= lowest[a];
     keys[i] = block_key(block_of(cell)) << 3 | std::uint64_t(farthest_leaf(cell_in_block(cell)));
   });
   tbb::parallel_sort(keys.begin(), keys.end());
