@@ -161,7 +161,7 @@ HWY_INLINE void list_strays(D d, M strays, std::size_t first, BlockResult& resul
 }
 
 /// Consecutive particles of a block on their way from the grid through the material to the grid.
-constexpr int chunk_size = 40;
+constexpr int chunk_size = 96;
 constexpr int chunk_room = chunk_size + 8;  ///< vectors may write beyond the last particle
 
 struct AffineChunk {
