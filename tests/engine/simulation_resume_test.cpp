@@ -91,20 +91,15 @@ std::filesystem::path own_file(const std::string& name) {
           name + "_" + std::to_string(::getpid()));
 }
 
-void expect_same_bits_after_resuming(TransferScheme transfer) {
-  std::vector<Vec3> positions;
-  const SimulationSetup setup = crushed(positions, transfer);
-  std::vector<std::filesystem::path> files;
-  Simulation whole(setup, positions);
-  for (int n = 0; n < 250; ++n) {
-    whole.step(n == 249);
-    if (n % 60 != 37) continue;  // several instants, so that strays that have just come home are among them
-    files.push_back(own_file(std::to_string(n)));
-    CheckpointWriter writer("scene");
-    whole.save(writer);
-    writer.write(files.back());
-  }
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+void save_to(const std::filesystem::path& file, const Simulation& simulation) {
+  CheckpointWriter writer("scene");
+  simulation.save(writer);
+  writer.write(file);
+}
+
+/// Goes on from each of the files to the state of `whole`, and removes them.
+void expect_same_bits(const std::vector<std::filesystem::path>& files, const SimulationSetup& setup,
+                      const Simulation& whole) {
   for (const auto& file : files) {
     CheckpointReader reader(file);
     Simulation resumed(setup, reader);
@@ -114,12 +109,50 @@ void expect_same_bits_after_resuming(TransferScheme transfer) {
   }
 }
 
+void expect_same_bits_after_resuming(TransferScheme transfer) {
+  std::vector<Vec3> positions;
+  const SimulationSetup setup = crushed(positions, transfer);
+  std::vector<std::filesystem::path> files;
+  Simulation whole(setup, positions);
+  for (int n = 0; n < 250; ++n) {
+    whole.step(n == 249);
+    if (n % 60 != 37) continue;  // several instants, so that strays that have just come home are among them
+    files.push_back(own_file(std::to_string(n)));
+    save_to(files.back(), whole);
+  }
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+  expect_same_bits(files, setup, whole);
+}
+
 TEST(Simulation, ResumesWithTheSameBitsOnAnotherThreadCount) {
   expect_same_bits_after_resuming(TransferScheme::pic_flip);
 }
 
 TEST(Simulation, ResumesWithTheSameBitsOnAnotherThreadCountWithApic) {
   expect_same_bits_after_resuming(TransferScheme::apic);
+}
+
+TEST(Simulation, ResumesWithTheSameBitsWhereStraysHaveReachedMoreLeaves) {
+  std::vector<Vec3> box, positions, velocities;
+  SimulationSetup setup = crushed(box, TransferScheme::pic_flip);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(0.1, 0.9);
+  for (int n = 0; n < 300; ++n) {
+    positions.push_back(10 * Vec3(uniform(random), 0.2 * uniform(random), 0.2 * uniform(random)));
+    velocities.push_back(100 * Vec3(uniform(random), uniform(random), uniform(random)));
+  }
+  setup.box_size = Vec3(10, 10, 10);
+  Simulation whole(setup, positions, velocities);
+  std::vector<std::filesystem::path> files;
+  for (int n = 0; n < 120; ++n) {
+    whole.step(n == 119);
+    if (n < 20 || files.size() == 5 || whole.grid().reach().size() < whole.grid().blocks().size() + 5)
+      continue;
+    files.push_back(own_file("reach" + std::to_string(n)));
+    save_to(files.back(), whole);
+  }
+  ASSERT_EQ(files.size(), 5u);
+  expect_same_bits(files, setup, whole);
 }
 
 TEST(Simulation, RefusesACheckpointWithoutTheAffineMotionThatApicNeeds) {
