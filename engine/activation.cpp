@@ -190,8 +190,8 @@ std::optional<std::uint32_t> locate_strays(std::span<const BlockResult> results,
       if (!finite) continue;
       stray.cell = cell_in_block(cell);
       reaches[n] = {block_of(cell), leaves_up_to(farthest_leaf(stray.cell))};
-      if (!stays_in_block &&
-          reaches[n].origin != entered_origin) {  // those that leave mostly go the same way
+      // Those that leave mostly go the same way.
+      if (!stays_in_block && reaches[n].origin != entered_origin) {
         entered_origin = reaches[n].origin;
         entered = grid.find_block(entered_origin);
       }
