@@ -261,8 +261,10 @@ vdb::FloatGrid::Ptr make_float_grid(const char* name, const SolidRaster& raster,
   tbb::parallel_for(std::size_t(0), leaves.size(), [&](std::size_t b) {
     const auto& [x, y, z] = raster.origin[b];
     leaves[b] = std::make_unique<Leaf>(vdb::Coord(x, y, z));
-    for (vdb::Index voxel = 0; voxel < Leaf::SIZE; ++voxel)
-      if (raster.solid[b][voxel] > 0) leaves[b]->setValueOn(voxel, values[b][voxel]);
+    std::ranges::copy(values[b], leaves[b]->buffer().data());
+    Leaf::NodeMaskType has_solid;
+    for (vdb::Index voxel = 0; voxel < Leaf::SIZE; ++voxel) has_solid.set(voxel, raster.solid[b][voxel] > 0);
+    leaves[b]->setValueMask(has_solid);
   });
 
   const auto grid = vdb::FloatGrid::create(0.0f);

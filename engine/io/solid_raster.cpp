@@ -3,6 +3,7 @@
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -25,7 +26,7 @@ std::array<int, 3> base_voxel(const std::array<float, 3>& position, double inver
   return base;
 }
 
-using Weights = std::array<std::array<float, 3>, 3>;
+using Weights = std::array<std::array<float, 4>, 3>;  // the fourth is 0: so many fill a vector
 
 Weights spline_weights(const std::array<float, 3>& position, const std::array<int, 3>& base,
                        double inverse_spacing) {
@@ -34,7 +35,7 @@ Weights spline_weights(const std::array<float, 3>& position, const std::array<in
     // From the lowest voxel's centre, in [1/2, 3/2); centres are at whole numbers plus 1/2.
     const float d = float(position[axis] * inverse_spacing - 0.5 - base[axis]);
     weights[axis] = {0.5f * (1.5f - d) * (1.5f - d), 0.75f - (d - 1) * (d - 1),
-                     0.5f * (d - 0.5f) * (d - 0.5f)};
+                     0.5f * (d - 0.5f) * (d - 0.5f), 0};
   }
   return weights;
 }
@@ -93,11 +94,12 @@ std::vector<BlockKey> blocks_reached(const std::vector<Run>& runs) {
   return keys;
 }
 
-// Sums over a block with two voxels to spare on each side, so that no stencil needs a bounds check.
+// Sums over a block with two voxels to spare on each side, so that no stencil needs a bounds check, and one
+// more at the end for the last fourth weight.
 struct Tile {
   static constexpr int width = edge + 4;
-  std::array<float, width * width * width> solid{};
-  std::array<float, width * width * width> solid_kappa{};
+  std::array<float, width * width * width + 1> solid{};
+  std::array<float, width * width * width + 1> solid_kappa{};
 
   static constexpr int at(int x, int y, int z) { return ((x + 2) * width + y + 2) * width + z + 2; }
 
@@ -106,11 +108,10 @@ struct Tile {
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         const float weight_xy = weights[0][i] * weights[1][j];
-        for (int k = 0; k < 3; ++k) {
-          const float weight = weight_xy * weights[2][k];
-          solid[lowest + (i * width + j) * width + k] += weight;
-          solid_kappa[lowest + (i * width + j) * width + k] += weight * kappa;
-        }
+        using Vector = Eigen::Array4f;
+        const Vector weight = weight_xy * Vector::Map(weights[2].data());
+        Vector::Map(&solid[lowest + (i * width + j) * width]) += weight;
+        Vector::Map(&solid_kappa[lowest + (i * width + j) * width]) += weight * kappa;
       }
     }
   }
