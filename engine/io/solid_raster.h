@@ -22,7 +22,7 @@ struct SolidRaster {
 /// Spreads each particle's volume, spacing^3, by the quadratic B-spline. Bits depend on the order of the
 /// particles, not on the number of threads.
 /// @param position  [m], finite, at most 2^23 spacings from the origin
-/// @param kappa     one per particle, or empty
+/// @param kappa     one per particle, finite; or empty
 SolidRaster rasterize_solid(std::span<const std::array<float, 3>> position, std::span<const float> kappa,
                             double spacing);
 

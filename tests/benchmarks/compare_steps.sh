@@ -25,7 +25,7 @@ for i in 0 1; do
   to[i]=$descriptor
   exec {descriptor}<"$work/from$i"
   from[i]=$descriptor
-  read -r particles <&"${from[i]}" || exit 1 # it has said why
+  read -r particles <&"${from[i]}" || exit 1 # the program has said why
 done
 
 turn() { # build, steps
@@ -43,7 +43,7 @@ done
 
 echo "$particles particles, $rounds rounds of $steps steps; ns a particle-step, medians"
 printf '%-8s%10s%10s%14s\n' '' old new 'new over old'
-phases=(step leaves walls sort pass strays)
+phases=(step grid walls sort pass strays)
 for i in "${!phases[@]}"; do
   median() { sort -g | awk '{ x[NR] = $1 } END { print (x[int((NR + 1) / 2)] + x[int(NR / 2) + 1]) / 2 }'; }
   column() { cut -d' ' -f$((i + 1)) "$work/answers$1"; }

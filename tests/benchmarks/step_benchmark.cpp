@@ -1,6 +1,7 @@
 // Whole steps on demand, so that two builds can take turns: see compare_steps.sh.
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <string>
@@ -15,7 +16,7 @@ namespace anticrack {
 namespace {
 
 /// Reads a number of steps a line, makes them, and answers with the ns a particle-step that they took: all
-/// together, leaves, walls, sort, pass, strays.
+/// together, grid, walls, sort, pass, strays, as `anticrack bench` has them.
 void serve(const Scene& scene) {
   const Sample sample = load_sample(scene);
   Simulation simulation(setup_of(scene, sample.lattice), sample.positions);
@@ -40,12 +41,13 @@ void serve(const Scene& scene) {
 }  // namespace anticrack
 
 int main(int count, char** arguments) try {
-  if (count < 3) {
+  const int threads = count > 1 ? std::atoi(arguments[1]) : 0;
+  if (count < 3 || threads < 1) {
     std::fputs("usage: step_benchmark THREADS SCENE [KEY=VALUE]...\n", stderr);
     return 2;
   }
   const std::vector<std::string> overrides(arguments + 3, arguments + count);
-  const anticrack::ThreadLimit limit(std::stoi(arguments[1]));
+  const anticrack::ThreadLimit limit(threads);
   anticrack::serve(anticrack::read_scene(arguments[2], overrides));
 } catch (const std::exception& error) {
   std::fprintf(stderr, "step_benchmark: %s\n", error.what());
