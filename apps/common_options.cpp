@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <thread>
@@ -30,6 +31,15 @@ void add_threads_option(CLI::App& command, CommonOptions& options) {
                   "Threads to use; by default SLURM_CPUS_PER_TASK, else the CPUs of the affinity mask")
       ->check(CLI::Range(1, 4096))
       ->type_name("N");
+}
+
+CLI::Validator positive_number() {
+  const auto check = [](std::string& text) {
+    double value = 0;
+    const bool allowed = CLI::detail::lexical_cast(text, value) && value > 0 && std::isfinite(value);
+    return allowed ? std::string() : "Value " + text + "; expected a number above 0";
+  };
+  return {check, "POSITIVE"};
 }
 
 void add_progress_options(CLI::App& command, CommonOptions& options) {

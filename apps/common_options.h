@@ -8,7 +8,8 @@
 
 namespace CLI {
 class App;
-}
+class Validator;
+}  // namespace CLI
 namespace tbb::detail::d1 {
 class global_control;
 }
@@ -27,6 +28,7 @@ struct CommonOptions {
 
 void add_set_option(CLI::App& command, CommonOptions& options);        ///< --set
 void add_threads_option(CLI::App& command, CommonOptions& options);    ///< --threads
+CLI::Validator positive_number();                                      ///< for ->check: finite and above 0
 void add_progress_options(CLI::App& command, CommonOptions& options);  ///< --quiet, --log-json
 
 /// Threads to use: --threads, else SLURM_CPUS_PER_TASK, else the CPUs that the affinity mask allows.

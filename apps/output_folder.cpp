@@ -60,6 +60,8 @@ void remove_file(const fs::path& path) {
   if (error) throw FileError(fmt::format("{}: cannot remove it: {}.", path.string(), error.message()));
 }
 
+}  // namespace
+
 void remove_run(const fs::path& folder) {
   for (const char* name : run_files) remove_file(folder / name);
   for (const char* name : run_folders) {
@@ -71,8 +73,6 @@ void remove_run(const fs::path& folder) {
     for (const fs::path& file : files) remove_file(file);
   }
 }
-
-}  // namespace
 
 void check_output_folder(const fs::path& folder, ExistingFolder existing, const char* resumed_from) {
   if (folder.empty()) throw InputError("-o: the output folder has no name.");
@@ -116,9 +116,7 @@ FolderLock prepare_output_folder(const fs::path& folder, ExistingFolder existing
   if (error)
     throw FileError(
         fmt::format("{}: cannot create the output folder: {}.", folder.string(), error.message()));
-  FolderLock lock(folder);
-  if (existing == ExistingFolder::replace) remove_run(folder);
-  return lock;
+  return FolderLock(folder);
 }
 
 void check_output_file(const fs::path& file, bool force) {

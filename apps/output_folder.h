@@ -6,7 +6,7 @@ namespace anticrack {
 
 enum class ExistingFolder {
   refuse,   ///< a folder that holds anything is not written to
-  replace,  ///< --force: an earlier run's files in it are removed, nothing else
+  replace,  ///< --force: whatever is in it
   resume,   ///< --resume: the run in it goes on
 };
 
@@ -31,12 +31,14 @@ class FolderLock {
   int descriptor_;
 };
 
-/// Checks as above, then creates and locks the folder; with `replace` removes what a run writes (scene.toml,
-/// history.csv, frames/, ...) and leaves every other file.
-/// @throws InputError  as above, or another run is writing there. @throws FileError  a file could not be
-///   removed or the folder not created
+/// Checks as above, then creates and locks the folder. What is in it stays.
+/// @throws InputError  as above, or another run is writing there. @throws FileError  it could not be created
 [[nodiscard]] FolderLock prepare_output_folder(const std::filesystem::path& folder, ExistingFolder existing,
                                                const char* resumed_from = "scene.toml");
+
+/// Removes what a run writes (scene.toml, history.csv, frames/, ...) and leaves every other file.
+/// @throws FileError
+void remove_run(const std::filesystem::path& folder);
 
 /// Whether a single output file may be written: its folder exists or can be made, and it is not there yet or
 /// `force` is set.

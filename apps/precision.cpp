@@ -173,7 +173,7 @@ CLI::App* add_precision_command(CLI::App& app) {
   command
       ->add_option("--case-seconds", options->case_seconds,
                    "A case is not run again where its runs would take longer in all")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   command->add_flag("--quick", options->quick, "Coarse grids only");
   command->add_flag("--resume", options->resume, "Go on where the study in the folder was stopped");

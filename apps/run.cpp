@@ -137,10 +137,12 @@ class Run {
         threads_(thread_count(options)) {}
 
   void start() {
-    lock_.emplace(prepare_output_folder(options_.output,
-                                        options_.force ? ExistingFolder::replace : ExistingFolder::refuse));
+    // First what may refuse the scene: an earlier run must not be lost to a mistake.
     simulation_.emplace(setup_of(scene_, sample_.lattice), sample_.positions);
     observer_.emplace(*simulation_);
+    lock_.emplace(prepare_output_folder(options_.output,
+                                        options_.force ? ExistingFolder::replace : ExistingFolder::refuse));
+    if (options_.force) remove_run(options_.output);
     folder_.emplace(options_.output, scene_, sample_.lattice.spacing, threads_);
     if (scene_.output.frames > 0) folder_->write_frame(*simulation_);
   }
@@ -312,11 +314,11 @@ CLI::App* add_run_command(CLI::App& app) {
   command->add_flag("--save-grid", options->save_grid,
                     "Save the background grid of the last step as VDB grids in DIR/grid.vdb");
   command->add_option("--max-steps", options->max_steps, "Stop after so many steps in all")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command
       ->add_option("--max-walltime", options->max_walltime_minutes,
                    "Stop with a checkpoint after so many minutes (exit 75)")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->type_name("MINUTES");
   add_set_option(*command, *options);
   add_threads_option(*command, *options);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "scene_document.h"
 #include "scene_names.h"
@@ -107,6 +108,10 @@ SampleLattice read_lattice(const SceneSection& sample) {
 
   SampleLattice lattice;
   lattice.spacing = shortest / resolution;
+  if (!(lattice.spacing >= 1e-12 && lattice.spacing <= 1e12))
+    sample.refuse("size", fmt::format("expected a lattice spacing (shortest side / resolution) from 1e-12 to "
+                                      "1e12 m, but it is {:.9g} m",
+                                      lattice.spacing));
   double points_in_all = 1;
   for (int a = 0; a < 3; ++a) {
     const double points = size[a] / lattice.spacing;
@@ -218,6 +223,11 @@ SampleScene read_sample(const SceneDocument& document, const std::filesystem::pa
   }
   if (!from_scan && !(from_vdb && !document.has("sample")))
     scene.lattice = read_lattice(document.section("sample", true));
+  if (const auto* field = std::get_if<GaussianRandomFieldSource>(&scene.microstructure)) {
+    const std::string problem = resolution_problem(*scene.lattice, field->field);
+    if (!problem.empty())
+      section.refuse(field->field.spectrum ? "spectrum" : "wavelengths_per_side", problem);
+  }
   return scene;
 }
 
@@ -351,16 +361,20 @@ std::string wall_speed_problem(const Loading& loading, const Material& material,
 
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
   const SceneDocument document(file, overrides, schema);
-  const SampleScene sample = read_sample(document, file);
+  SampleScene sample = read_sample(document, file);
   const MaterialScene solid = read_solid(document);
   const SceneSection& loading = document.section("loading", true);
 
-  Scene scene{
-      read_sample(document, file), solid.material, read_loading(document), read_until(loading), {}, {}};
+  Scene scene{std::move(sample), solid.material, read_loading(document), read_until(loading), {}, {}};
   scene.numerics = read_numerics(document, solid.return_mapping);
   scene.output = read_output(document.section("output", false));
 
   if (scene.lattice) {
+    if (*std::ranges::min_element(scene.lattice->points) < 8) {
+      document.section("sample", true)
+          .refuse("resolution",
+                  "expected at least 8, four cells, so that opposite walls do not act on the same nodes");
+    }
     const std::string problem = wall_speed_problem(scene.loading, scene.material, scene.lattice->size());
     const bool confined = std::holds_alternative<ConfinedCompression>(scene.loading);
     if (!problem.empty()) loading.refuse(confined ? "speed" : "strain_rate", problem);

@@ -92,8 +92,10 @@ std::vector<PaddedField> sample_fields(const SampleLattice& lattice, const Gauss
   return fields;
 }
 
-// Two lattice points a wavelength, along the axis and at the height where it is shortest.
-void require_resolved(const SampleLattice& lattice, const GaussianRandomFieldSpec& spec) {
+}  // namespace
+
+// Along the axis and at the height where the wavelength is shortest.
+std::string resolution_problem(const SampleLattice& lattice, const GaussianRandomFieldSpec& spec) {
   const int fewest = *std::ranges::min_element(lattice.points);
   const double across = std::cbrt(spec.anisotropy);
   const double factor =
@@ -101,14 +103,11 @@ void require_resolved(const SampleLattice& lattice, const GaussianRandomFieldSpe
   const double wavelengths = factor * spec.mean_wave_number(fewest * lattice.spacing) * fewest *
                              lattice.spacing / (2 * std::numbers::pi);
   const double most = 0.5 * fewest;
-  if (wavelengths > most * (1 + 1e-12))
-    throw InputError(
-        fmt::format("{:g} wavelengths along a side of {} lattice points; expected at most {:g}, two points a "
-                    "wavelength",
-                    wavelengths, fewest, most));
+  if (wavelengths <= most * (1 + 1e-12)) return {};
+  return fmt::format(
+      "{:g} wavelengths along a side of {} lattice points; expected at most {:g}, two points a wavelength",
+      wavelengths, fewest, most);
 }
-
-}  // namespace
 
 std::map<std::string, MetadataValue> microstructure_metadata(const GaussianRandomFieldSpec& spec,
                                                              double solid_fraction, ThresholdRule rule,
@@ -145,7 +144,8 @@ Microstructure generate_microstructure(const SampleLattice& lattice, const Gauss
   require_valid(lattice);
   if (!(solid_fraction > 0) || !(solid_fraction <= 1))
     throw InputError(fmt::format("solid fraction = {:g}; expected 0 < solid fraction <= 1", solid_fraction));
-  require_resolved(lattice, spec);
+  if (const std::string problem = resolution_problem(lattice, spec); !problem.empty())
+    throw InputError(problem);
 
   Microstructure result;
   result.lattice = lattice;

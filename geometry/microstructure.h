@@ -53,6 +53,9 @@ Microstructure generate_microstructure(const SampleLattice& lattice, const Gauss
                                        double solid_fraction, ThresholdRule rule = ThresholdRule::theory,
                                        Morphology morphology = Morphology::single_cut);
 
+/// Empty, or why the lattice is too coarse for the field: it has less than two points a mean wavelength.
+std::string resolution_problem(const SampleLattice& lattice, const GaussianRandomFieldSpec& spec);
+
 /// What the metadata of such a structure say of how it was asked for.
 std::map<std::string, MetadataValue> microstructure_metadata(const GaussianRandomFieldSpec& spec,
                                                              double solid_fraction, ThresholdRule rule,

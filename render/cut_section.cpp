@@ -19,6 +19,30 @@ Point to_point(const Vec3& v) {
   return {float(v.x()), float(v.y()), float(v.z())};
 }
 
+struct Range {
+  double low = INFINITY, high = -INFINITY;
+
+  void add(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+};
+
+/// Where the solid lies along the normal.
+Range solid_range(const SolidField& field, const Vec3& normal) {
+  Range range;
+  for (const SolidField::Block& block : field.blocks())
+    for (int n = 0; n < SolidField::nodes; ++n) {
+      if (block.fraction[std::size_t(n)] < field.surface_fraction()) continue;
+      constexpr int edge = SolidField::edge;
+      const int index[3] = {n % edge, n / edge % edge, n / (edge * edge)};
+      double along = 0;
+      for (int a = 0; a < 3; ++a) along += normal[a] * (block.origin[std::size_t(a)] + index[a]);
+      range.add(along * field.spacing());
+    }
+  return range;
+}
+
 }  // namespace
 
 CutSection::CutSection(const CutPlane& plane, const SolidField& field) {
@@ -30,44 +54,42 @@ CutSection::CutSection(const CutPlane& plane, const SolidField& field) {
   normal /= length;
   plane_ = {to_point(normal), float(plane.offset / length)};
 
-  // The raster covers the projection of every block onto the plane.
   const double h = field.spacing();
+  const Range solid = solid_range(field, normal);  // the surface is less than a node farther out
+  if (plane_.offset < solid.low - h || plane_.offset > solid.high + h) {
+    throw InputError("cut plane: offset " + std::to_string(plane_.offset) +
+                     " m misses the sample, which spans " + std::to_string(solid.low) + " to " +
+                     std::to_string(solid.high) + " m along the normal");
+  }
+
+  // The raster covers the projection of every block onto the plane.
   const Vec3 right = normal.unitOrthogonal();
   const Vec3 up = normal.cross(right);
-  double low[3] = {INFINITY, INFINITY, INFINITY};
-  double high[3] = {-INFINITY, -INFINITY, -INFINITY};
+  Range across[2];
   for (const SolidField::Block& block : field.blocks()) {
     for (int c = 0; c < 8; ++c) {
       Vec3 x;
       for (int axis = 0; axis < 3; ++axis) {
         x[axis] = h * (block.origin[std::size_t(axis)] + (c >> axis & 1) * SolidField::edge);
       }
-      const double along[3] = {x.dot(right), x.dot(up), x.dot(normal)};
-      for (int i = 0; i < 3; ++i) {
-        low[i] = std::min(low[i], along[i]);
-        high[i] = std::max(high[i], along[i]);
-      }
+      across[0].add(x.dot(right));
+      across[1].add(x.dot(up));
     }
-  }
-  if (plane_.offset < low[2] || plane_.offset > high[2]) {
-    throw InputError("cut plane: offset " + std::to_string(plane_.offset) +
-                     " m misses the sample, which spans " + std::to_string(low[2]) + " to " +
-                     std::to_string(high[2]) + " m along the normal");
   }
   step_ = float(h / 2);
   outline_ = float(h / 7);
   surface_fraction_ = field.surface_fraction();
-  width_ = int(std::ceil((high[0] - low[0]) / step_)) + 1;
-  height_ = int(std::ceil((high[1] - low[1]) / step_)) + 1;
+  width_ = int(std::ceil((across[0].high - across[0].low) / step_)) + 1;
+  height_ = int(std::ceil((across[1].high - across[1].low) / step_)) + 1;
   right_ = to_point(right);
   up_ = to_point(up);
-  origin_ = to_point(low[0] * right + low[1] * up + double(plane_.offset) * normal);
+  origin_ = to_point(across[0].low * right + across[1].low * up + double(plane_.offset) * normal);
 
   raster_.resize(std::size_t(width_) * std::size_t(height_));
   tbb::parallel_for(0, height_, [&](int row) {
     for (int column = 0; column < width_; ++column) {
-      const Vec3 x = (low[0] + column * double(step_)) * right + (low[1] + row * double(step_)) * up +
-                     double(plane_.offset) * normal;
+      const Vec3 x = (across[0].low + column * double(step_)) * right +
+                     (across[1].low + row * double(step_)) * up + double(plane_.offset) * normal;
       const SolidField::Sample s = field.at(to_point(x));
       raster_[std::size_t(row) * std::size_t(width_) + std::size_t(column)] = {s.fraction,
                                                                                s.fraction * s.scalar};

@@ -178,6 +178,15 @@ QuasiStatic Observer::quasi_static() const {
   return q;
 }
 
+/// "by up to 4.1 %"; larger ones mean nothing.
+static std::string by_up_to(double error) {
+  if (!(error < 0.5)) return "by half or more";
+  std::ostringstream text;
+  text.precision(2);
+  text << "by up to " << 100 * error << " %";
+  return text.str();
+}
+
 std::string quasi_static_verdict(const QuasiStatic& q) {
   std::ostringstream why;
   if (!(q.kinetic_over_internal < 0.05)) why << "; kinetic energy above 5 % of the internal";
@@ -188,12 +197,12 @@ std::string quasi_static_verdict(const QuasiStatic& q) {
   why.precision(2);
   if (q.failed && !(failure_stress_error(q.wave_passages) < 0.05))
     why << "; failed after " << q.wave_passages << " wave passages, expected at least "
-        << passages_for_failure_stress(0.05) << ", so that its stress is off by up to "
-        << 100 * failure_stress_error(q.wave_passages) << " % and moduli by up to "
-        << 100 * modulus_error(q.wave_passages) << " %";
+        << passages_for_failure_stress(0.05) << ", so that its stress is off "
+        << by_up_to(failure_stress_error(q.wave_passages)) << " and moduli "
+        << by_up_to(modulus_error(q.wave_passages));
   if (!q.failed && !(modulus_error(q.wave_passages) < 0.05))
-    why << "; ended after " << q.wave_passages << " wave passages, so that moduli are off by up to "
-        << 100 * modulus_error(q.wave_passages) << " %";
+    why << "; ended after " << q.wave_passages << " wave passages, so that moduli are off "
+        << by_up_to(modulus_error(q.wave_passages));
   return why.str().empty() ? "quasi-static" : "not quasi-static" + why.str();
 }
 

@@ -53,8 +53,12 @@ TEST_F(CommandError, OfGenerateNamesSceneOrFile) {
   expect(2, "generate scan.toml -o a.vdb",
          "source = \"scan\" has no level set; expected a scene with another source");
   expect(2, "generate scene.toml -o ''", "expected the name of a file.");
-  expect(2, "generate scene.toml -o a.vdb --set microstructure.wavelengths_per_side=6",
-         "6 wavelengths along a side of 10 lattice points; expected at most 5");
+  expect(
+      2, "generate scene.toml -o a.vdb --set microstructure.wavelengths_per_side=6",
+      "--set microstructure.wavelengths_per_side=6: microstructure.wavelengths_per_side = 6; 6 wavelengths "
+      "along a side of 10 lattice points; expected at most 5");
+  expect(2, "generate scene.toml -o a.vdb --set sample.size=[1e-200,2e-200,1e-200]",
+         "expected a lattice spacing (shortest side / resolution) from 1e-12 to 1e12 m, but it is 1e-201 m");
   EXPECT_FALSE(fs::exists(folder.path() / "a.vdb"));
 }
 
@@ -79,11 +83,12 @@ TEST_F(CommandError, OfRunComesBeforeAnythingIsWritten) {
          "bad.vdb: damaged or no OpenVDB");
   expect(2,
          run + "--set sample.size=[0.2,0.2,0.2] --set sample.resolution=2 --set microstructure.source=full",
-         "cells of the sample box along an axis = 1; expected at least 4");
+         "sample.resolution = 2; expected at least 8, four cells");
   expect(2, "run scene.toml", "-o");
   expect(2, run + "--resume", "out: no run to resume: there is no scene.toml in it.");
   expect(2, run + "--force --resume", "--force");
-  expect(2, run + "--max-steps 0", "--max-steps");
+  expect(2, run + "--max-steps 0", "--max-steps: Value 0; expected a number above 0");
+  expect(2, run + "--max-walltime inf", "--max-walltime: Value inf; expected a number above 0");
   expect(2, "run scene.toml -o ''", "-o: the output folder has no name.");
   folder.write("scan.toml",
                "[microstructure]\nsource = \"scan\"\nfile = \"none.raw\"\nvoxel_size = 0.1\nsolid = "
@@ -93,6 +98,22 @@ TEST_F(CommandError, OfRunComesBeforeAnythingIsWritten) {
   expect(2, "run scan.toml -o out --set microstructure.solid=[48] --set loading.speed=5000",
          "scan.toml: [loading] expected walls slower than the elastic wave speed");
   EXPECT_FALSE(fs::exists(folder.path() / "out/history.csv"));
+}
+
+TEST_F(CommandError, UnderForceLeavesTheEarlierRun) {
+  const fs::path history = folder.write("out/history.csv", "of another run");
+  folder.write("scan.raw", std::string(64, '0'));
+  folder.write("scan.toml",
+               "[microstructure]\nsource = \"scan\"\nfile = \"scan.raw\"\nvoxel_size = 0.1\nsolid = "
+               "[48]\nshape = [4, 4, 4]\n" +
+                   example_scene.substr(example_scene.find("[material]")));
+  expect(2, "run scan.toml -o out --force", "cells of the sample box along an axis = 2; expected at least 4");
+  EXPECT_TRUE(fs::exists(history));
+  EXPECT_EQ(run_shell(ANTICRACK_BINARY " figure b14 --realizations 1 --resolution 32 --force -o " +
+                      (folder.path() / "out").string())
+                .status,
+            0);
+  EXPECT_TRUE(fs::exists(history));
 }
 
 // Platens of 200 m/s come within three cells of each other at about 70 % strain.

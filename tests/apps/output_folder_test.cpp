@@ -51,7 +51,14 @@ TEST(OutputFolder, CheckChangesNothingOnDisk) {
   EXPECT_TRUE(fs::exists(folder.path() / "run/scene.toml"));
 }
 
-TEST(OutputFolder, ReplacingRemovesOnlyWhatARunWrites) {
+TEST(OutputFolder, PreparingKeepsWhatIsThere) {
+  const TemporaryFolder folder;
+  const fs::path history = folder.write("history.csv", "");
+  static_cast<void>(prepare_output_folder(folder.path(), ExistingFolder::replace));
+  EXPECT_TRUE(fs::exists(history));
+}
+
+TEST(OutputFolder, RemovesOnlyWhatARunWrites) {
   const TemporaryFolder folder;
   const std::vector<fs::path> of_run = {folder.write("scene.toml", ""),
                                         folder.write("history.csv", ""),
@@ -64,7 +71,7 @@ TEST(OutputFolder, ReplacingRemovesOnlyWhatARunWrites) {
   const std::vector<fs::path> foreign = {folder.write("notes.txt", ""), folder.write("frames/best.png", ""),
                                          folder.write("frames/frame_0001.vdb.backup", ""),
                                          folder.write("plots/history.csv", "")};
-  static_cast<void>(prepare_output_folder(folder.path(), ExistingFolder::replace));
+  remove_run(folder.path());
   for (const fs::path& file : of_run) EXPECT_FALSE(fs::exists(file)) << file;
   for (const fs::path& file : foreign) EXPECT_TRUE(fs::exists(file)) << file;
 }

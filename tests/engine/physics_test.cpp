@@ -184,6 +184,19 @@ TEST(Observer, CallsALoadingQuasiStaticOnlyIfTheWaveHasPassedOftenBeforeFailure)
   EXPECT_TRUE(verdict[0].starts_with("not quasi-static; failed after ")) << verdict[0];
 }
 
+// N passages cost 0.5 / N in the moduli: a certificate of hardly begun runs must not read "inf %".
+TEST(Observer, VerdictNamesNoErrorBeyondOneHalf) {
+  QuasiStatic q{};
+  q.wall_over_volume_stress = 1;
+  q.wave_passages = 5;
+  EXPECT_EQ(quasi_static_verdict(q),
+            "not quasi-static; ended after 5 wave passages, so that moduli are off by up to 10 %");
+  for (const double passages : {1.0, 0.4, 0.0}) {
+    q.wave_passages = passages;
+    EXPECT_TRUE(quasi_static_verdict(q).ends_with("moduli are off by half or more")) << passages;
+  }
+}
+
 TEST(Observer, WallAndVolumeStressAgreeBetweenStickyWallsToo) {
   // Pure shear of a porous block: walls at rest pull along themselves, which their normal forces do not show.
   const double h = 1.0 / 16;

@@ -194,7 +194,8 @@ TEST(EmbreeImage, RefusesToRenderWithoutLight) {
 TEST(CutSection, RefusesAPlaneThatMissesTheSample) {
   const Particles p = ball();
   const SolidField field(p.position, p.scalar, p.spacing);
-  EXPECT_ERROR(CutSection({{0, 0, 1}, 50}, field), InputError, "m misses the sample, which spans");
+  for (const float beside : {0.1f, 2.4f, 50.0f})  // the ball spans 0.25 to 2.25
+    EXPECT_ERROR(CutSection({{0, 0, 1}, beside}, field), InputError, "m misses the sample, which spans 0.2");
   EXPECT_ERROR(CutSection({{0, 0, 0}, 1}, field), InputError, "cut plane: expected a normal with a length");
 }
 
