@@ -278,6 +278,12 @@ void run(const RunOptions& options) {
     check_output_folder(options.output, options.resume  ? ExistingFolder::resume
                                         : options.force ? ExistingFolder::replace
                                                         : ExistingFolder::refuse);
+  if (options.resume)
+    if (const auto end = end_of_run(options.output, to_toml(scene))) {
+      Progress(options.progress())
+          .message(fmt::format("{}: the run has ended ({}); nothing is left to do", options.output, *end));
+      return;
+    }
   const ThreadLimit limit(thread_count(options));
   const Sample sample = load_sample(scene);
   const MemoryEstimate memory =

@@ -5,7 +5,9 @@
 
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "errors.h"
@@ -168,6 +170,21 @@ void RunFolder::write_checkpoint(const Simulation& simulation, const Observer& o
   out.write(file);
   keep_last_two_checkpoints(folder, file);
   last_checkpoint_ = simulation.steps();
+}
+
+std::optional<std::string> end_of_run(const std::filesystem::path& folder, const std::string& scene_text) {
+  std::ifstream stream(folder / "result.json");
+  const auto result = nlohmann::json::parse(stream, nullptr, false);
+  if (!result.is_object()) return {};
+  const std::string end = result.value("stopped_by", "");
+  if (end != "until_strain" && end != "failure") return {};
+  const std::string before = to_toml(read_scene(folder / "scene.toml"));
+  if (const std::string difference = scene_difference(before, scene_text); !difference.empty())
+    throw InputError(
+        fmt::format("{}: the run in it has ended ({}), and is of another scene than the one given: {}. Use "
+                    "--force to replace it, or another -o.",
+                    folder.string(), end, difference));
+  return end;
 }
 
 CheckpointReader open_checkpoint(const std::filesystem::path& folder, const std::string& scene_text) {

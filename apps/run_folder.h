@@ -56,6 +56,10 @@ class RunFolder {
   std::future<void> frame_being_written_;
 };
 
+/// What ended the run in `folder`, "until_strain" or "failure"; none if it can go on.
+/// @throws InputError  if it has ended, but is of another scene, naming what differs
+std::optional<std::string> end_of_run(const std::filesystem::path& folder, const std::string& scene_text);
+
 /// The checkpoint of `folder` to resume from: the newest that is whole. Damaged ones are told on stderr.
 /// @throws InputError  if it is of another scene or version, naming what differs. @throws FileError  if there
 ///   is none

@@ -116,6 +116,24 @@ TEST_F(ResumedRun, WithoutAWholeCheckpointIsAnErrorThatNamesEach) {
             "anticrack: " + (output / "checkpoint").string() + ": every checkpoint in it is damaged\n");
 }
 
+TEST_F(ResumedRun, ThatHasEndedIsLeftAsItIs) {
+  folder.write("scene.toml", short_scene());
+  const fs::path output = folder.path() / "ended";
+  const std::string command = "run " + scene + " -o " + output.string();
+  ASSERT_EQ(run(command + " --quiet").status, 0);
+  const auto written = fs::last_write_time(output / "history.csv");
+  const Outcome again = run(command + " --resume");
+  EXPECT_EQ(again.status, 0);
+  EXPECT_EQ(again.text, output.string() + ": the run has ended (until_strain); nothing is left to do\n");
+  EXPECT_EQ(fs::last_write_time(output / "history.csv"), written);
+  const Outcome longer = run(command + " --resume --set loading.until_strain=0.03");
+  EXPECT_EQ(longer.status, 2);
+  EXPECT_EQ(longer.text, "anticrack: " + output.string() +
+                             ": the run in it has ended (until_strain), and is of another scene than the one "
+                             "given: loading.until_strain was 0.02, is 0.03. Use --force to replace it, or "
+                             "another -o.\n");
+}
+
 TEST_F(ResumedRun, OfAnotherSceneIsRefusedByKeyAndBothValues) {
   const fs::path output = run_up_to(30);
   const std::string file = checkpoint_file(output / "checkpoint", 30).string();
