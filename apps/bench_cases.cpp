@@ -91,7 +91,7 @@ Scene paper_scene(double phi) {
 std::vector<BenchCaseMaker> option_cases() {
   // The same particles for all.
   const auto base = std::make_shared<BenchCase>(level_cut("everything", 0, 0.44));
-  const auto with = [&](std::string name, auto change) {
+  const auto with = [&](const std::string& name, auto change) {
     return [base, name, change] {
       BenchCase c = *base;
       c.series = name;

@@ -104,10 +104,10 @@ const fs::path& RunFrames::file(std::string_view text) const {
 }
 
 const fs::path& RunFrames::closest(double strain) const {
-  const fs::path* best = nullptr;
+  const fs::path* best = &files_.front().second;
   double least = INFINITY;
   for (const auto& [index, file] : files_) {
-    const FrameHeader header = read_frame(file).header;
+    const FrameHeader header = read_frame_header(file);
     const double distance = std::abs(std::abs(header.strain[std::size_t(loading_axis(header))]) - strain);
     if (distance < least) {
       least = distance;

@@ -380,19 +380,31 @@ fs::path write_frame(const Frame& frame, const fs::path& folder) {
   return file;
 }
 
-Frame read_frame(const fs::path& path) {
-  VdbFile file(path);
+/// `read` of the file's grid of particles and its metadata; what fails names the file.
+template <class Read>
+static auto read_entry(const fs::path& path, Read read) {
   try {
+    VdbFile file(path);
     const auto entry = std::ranges::find(file.entries(), "particles",
                                          [](const VdbFile::Entry& e) { return e.descriptor.gridName(); });
     if (entry == file.entries().end()) throw FileError("not a frame: it has no grid \"particles\"");
-    const auto grid = vdb::gridPtrCast<points::PointDataGrid>(file.read(*entry));
-    if (!grid) throw FileError("not a frame: its grid \"particles\" holds no points");
-    return frame_of(*grid, file.metadata());
+    return read(file, *entry);
   } catch (const std::exception& error) {
     const std::string message = error.what(), name = path.string();
     throw FileError(message.starts_with(name) ? message : name + ": " + message);
   }
+}
+
+Frame read_frame(const fs::path& path) {
+  return read_entry(path, [](VdbFile& file, const VdbFile::Entry& entry) {
+    const auto grid = vdb::gridPtrCast<points::PointDataGrid>(file.read(entry));
+    if (!grid) throw FileError("not a frame: its grid \"particles\" holds no points");
+    return frame_of(*grid, file.metadata());
+  });
+}
+
+FrameHeader read_frame_header(const fs::path& path) {
+  return read_entry(path, [](VdbFile& file, const VdbFile::Entry&) { return header_of(file.metadata()); });
 }
 
 }  // namespace anticrack

@@ -44,17 +44,21 @@ void sort_by_id(Frame& frame) {
   permute(frame, order);
 }
 
+void expect_same(const FrameHeader& a, const FrameHeader& b) {
+  EXPECT_EQ(a.index, b.index);
+  EXPECT_EQ(a.step, b.step);
+  EXPECT_EQ(a.time, b.time);
+  EXPECT_EQ(a.strain, b.strain);
+  EXPECT_EQ(a.seconds_since_last_frame, b.seconds_since_last_frame);
+  EXPECT_EQ(a.box_lower, b.box_lower);
+  EXPECT_EQ(a.box_upper, b.box_upper);
+  EXPECT_EQ(a.particle_spacing, b.particle_spacing);
+  EXPECT_EQ(a.cell_size, b.cell_size);
+  EXPECT_EQ(a.run, b.run);
+}
+
 void expect_same_but_position(const Frame& a, const Frame& b) {
-  EXPECT_EQ(a.header.index, b.header.index);
-  EXPECT_EQ(a.header.step, b.header.step);
-  EXPECT_EQ(a.header.time, b.header.time);
-  EXPECT_EQ(a.header.strain, b.header.strain);
-  EXPECT_EQ(a.header.seconds_since_last_frame, b.header.seconds_since_last_frame);
-  EXPECT_EQ(a.header.box_lower, b.header.box_lower);
-  EXPECT_EQ(a.header.box_upper, b.header.box_upper);
-  EXPECT_EQ(a.header.particle_spacing, b.header.particle_spacing);
-  EXPECT_EQ(a.header.cell_size, b.header.cell_size);
-  EXPECT_EQ(a.header.run, b.header.run);
+  expect_same(a.header, b.header);
   EXPECT_EQ(a.id, b.id);
   EXPECT_EQ(a.velocity, b.velocity);
   EXPECT_EQ(a.kappa, b.kappa);
@@ -70,6 +74,7 @@ TEST_F(FrameFile, ReadsBackWhatWasWritten) {
   EXPECT_EQ(files_in_folder(), 1u);
 
   Frame read = read_frame(file);
+  expect_same(read_frame_header(file), written.header);
   sort_by_id(read);
   expect_same_but_position(read, written);
   // Within its voxel a position is rounded to 2^-25 of the voxel; back in space, to a float again.
