@@ -1,9 +1,9 @@
 #pragma once
 
-#include <hwy/aligned_allocator.h>
-
 #include <cstdint>
 #include <vector>
+
+#include "huge_pages.h"
 
 namespace anticrack {
 
@@ -13,16 +13,17 @@ class AlignedArray {
   AlignedArray() = default;
   explicit AlignedArray(std::size_t size);  ///< zeros
   static AlignedArray uninitialized(std::size_t size);
-  double* data() { return data_.get(); }
-  const double* data() const { return data_.get(); }
+  double* data() { return memory_.get() + shift_; }
+  const double* data() const { return memory_.get() + shift_; }
   std::size_t size() const { return size_; }
-  double& operator[](std::size_t i) { return data_[i]; }
-  double operator[](std::size_t i) const { return data_[i]; }
+  double& operator[](std::size_t i) { return data()[i]; }
+  double operator[](std::size_t i) const { return data()[i]; }
 
  private:
   static constexpr std::size_t tail = 8;
   std::size_t size_ = 0;
-  hwy::AlignedFreeUniquePtr<double[]> data_;
+  std::size_t shift_ = 0;
+  PageArray<double> memory_;
 };
 
 /// Arrays of the particles that only some scenes need.

@@ -7,6 +7,7 @@
 
 #include "errors.h"
 #include "files/vdb_file.h"
+#include "leaf_memory.h"
 
 namespace anticrack {
 
@@ -61,6 +62,22 @@ namespace anticrack {
 using NodeTree = openvdb::tree::Tree<openvdb::tree::RootNode<
     openvdb::tree::InternalNode<openvdb::tree::InternalNode<openvdb::tree::LeafNode<Node, 2>, 3>, 4>>>;
 using NodeLeaf = NodeTree::LeafNodeType;
+
+static constexpr std::size_t leaf_bytes = NodeLeaf::SIZE * sizeof(Node);
+
+static LeafMemory& leaf_memory() {
+  static auto* const memory = new LeafMemory(leaf_bytes);  // outlives every grid
+  return *memory;
+}
+
+void* Node::operator new[](std::size_t bytes, std::align_val_t) {
+  if (bytes != leaf_bytes) throw std::bad_alloc();
+  return leaf_memory().take();
+}
+
+void Node::operator delete[](void* nodes, std::align_val_t) noexcept {
+  if (nodes) leaf_memory().give_back(nodes);
+}
 
 struct SparseGrid::Tree {
   NodeTree tree{Node{}};
@@ -123,8 +140,7 @@ Node* SparseGrid::find_or_add_partial(std::uint32_t l, std::uint32_t group, bool
   for (std::uint32_t n = leaf.groups; n-- > 0;)
     if (leaf.group[n] == group) return leaf.partial[n];
   if (partials_ == slabs_.size() * slab_partials) {
-    slabs_.push_back(hwy::AllocateAligned<Node>(slab_partials * block_cells));
-    if (!slabs_.back()) throw std::bad_alloc();
+    slabs_.push_back(allocate_array<Node>(slab_partials * block_cells));
   }
   Node* partial = slabs_[partials_ / slab_partials].get() + partials_ % slab_partials * block_cells;
   ++partials_;

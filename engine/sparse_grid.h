@@ -1,15 +1,15 @@
 #pragma once
 
-#include <hwy/aligned_allocator.h>
-
 #include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <new>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
+#include "huge_pages.h"
 #include "vec3.h"
 
 namespace anticrack {
@@ -21,6 +21,10 @@ struct alignas(64) Node {
   double mass;          ///< [kg]
   double increment[3];  ///< v^{n+1} - v^n [m/s]; force [N] in a sum
   double unused;        ///< fills the line
+
+  // Arrays of nodes are the buffers of leaves; they lie in a `LeafMemory`.
+  static void* operator new[](std::size_t bytes, std::align_val_t);
+  static void operator delete[](void* nodes, std::align_val_t) noexcept;
 };
 
 constexpr int block_edge = 4;  ///< dual cells along a block, nodes along a leaf
@@ -141,9 +145,9 @@ class SparseGrid {
   std::vector<Block> blocks_;
   std::vector<Leaf> leaves_;
   std::vector<Group> groups_;
-  static constexpr std::size_t slab_partials = 512;
-  std::vector<hwy::AlignedFreeUniquePtr<Node[]>> slabs_;  ///< memory of the partial sums
-  std::size_t partials_ = 0;                              ///< in use
+  static constexpr std::size_t slab_partials = 512;  // fill a page of 2 MiB
+  std::vector<PageArray<Node>> slabs_;               ///< memory of the partial sums
+  std::size_t partials_ = 0;                         ///< in use
   std::unordered_map<Index3, std::uint32_t, Key> block_at_, leaf_at_;
 };
 
