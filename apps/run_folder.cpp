@@ -175,16 +175,16 @@ void RunFolder::write_checkpoint(const Simulation& simulation, const Observer& o
 std::optional<std::string> end_of_run(const std::filesystem::path& folder, const std::string& scene_text) {
   std::ifstream stream(folder / "result.json");
   const auto result = nlohmann::json::parse(stream, nullptr, false);
-  if (!result.is_object()) return {};
-  const std::string end = result.value("stopped_by", "");
+  if (!result.is_object() || !result.contains("stopped_by")) return {};
+  const auto& end = result["stopped_by"];
   if (end != "until_strain" && end != "failure") return {};
   const std::string before = to_toml(read_scene(folder / "scene.toml"));
   if (const std::string difference = scene_difference(before, scene_text); !difference.empty())
     throw InputError(
         fmt::format("{}: the run in it has ended ({}), and is of another scene than the one given: {}. Use "
                     "--force to replace it, or another -o.",
-                    folder.string(), end, difference));
-  return end;
+                    folder.string(), end.get<std::string>(), difference));
+  return end.get<std::string>();
 }
 
 CheckpointReader open_checkpoint(const std::filesystem::path& folder, const std::string& scene_text) {
