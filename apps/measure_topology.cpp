@@ -54,7 +54,7 @@ void measure_topology(const MeasuredSample& sample, Characterization& result) {
       {{"ssa_crofton", specific(CroftonDirections::thirteen), "1/m",
         "specific surface, area over solid volume, by Crofton's formula on voxels in 13 directions (Lang, "
         "Ohser & "
-        "Hilfer 2001), faces of the sample left out. Counts 0.927 to 1.035 of a plane, by its direction; "
+        "Hilfer 2001), faces of the sample left out. Counts 0.927 to 1.023 of a plane, by its direction; "
         "misses what is "
         "thinner than a voxel",
         ssa},

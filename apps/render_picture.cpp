@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "embree_image.h"
+#include "errors.h"
 #include "io/provenance.h"
 #include "osmesa_preview.h"
 #include "quick_light.h"
@@ -64,6 +65,8 @@ Image draw_frame(const Frame& frame, const RenderField& field, const ColorScale&
   } else {
     const SolidField solid(frame.position, values, frame.header.particle_spacing);
     const Mesh mesh = extract_surface(solid);
+    if (mesh.position.empty())
+      throw InputError("no part of the sample is thick enough for a surface; use --mode spheres");
     std::optional<CutSection> section;
     if (cut) section.emplace(*cut, solid);
     watch.lap("surface");

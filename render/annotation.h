@@ -46,7 +46,7 @@ void draw_annotation_strip(Canvas& canvas, const AnnotationLayout& layout, doubl
 /// Longest of 1, 2, 5 times a power of ten that is at most `limit` [m].
 double round_length(double limit);
 
-/// "200 mm", "0.5 m", "20 µm": with a unit that leaves a number from 1 to 999.
+/// "20 cm", "5 m", "20 µm": with a unit that leaves a number from 1 to 999.
 std::string length_label(double metres);
 
 }  // namespace anticrack

@@ -34,7 +34,8 @@ class Camera {
     const double usable = 1 - 2 * margin;
     camera.pixel_ = std::max(extent.x() / (usable * width), extent.y() / (usable * height));
     camera.centre_ = 0.5 * (box.lower + box.upper);
-    camera.depth_ = 0.5 * extent.z() + 1e-3 * extent.norm();
+    // Surfaces and spheres stand out of the box of the particles by up to 0.6 of their spacing.
+    camera.depth_ = 0.5 * extent.z() + 0.1 * extent.norm();
     return camera;
   }
 

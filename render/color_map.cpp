@@ -180,9 +180,10 @@ ColorScale ScaleChooser::choose() const {
     }
     // A quantity that is the same everywhere still needs a bar of some width.
     if (!(scale.high > scale.low)) scale.high = scale.low + (scale.low != 0 ? std::abs(scale.low) : 1);
+    if (request_.is_signed) scale.low = -scale.high;
   }
-  // What lies below a logarithmic bar is mostly zeros: small by nature, not cut off.
-  scale.clipped_low = smallest_ < scale.low && !scale.logarithmic;
+  // What lies below a logarithmic bar that nobody asked for is mostly zeros: small by nature, not cut off.
+  scale.clipped_low = smallest_ < scale.low && (request_.fixed || !scale.logarithmic);
   scale.clipped_high = largest_ > scale.high;
   return scale;
 }

@@ -47,6 +47,7 @@ struct Axis {
     }
     double air = 0.04 * (high - low);
     if (!(air > 0)) air = high != 0 ? 0.5 * std::abs(high) : 1;
+    air = std::max(air, 1e-9 * std::max(std::abs(low), std::abs(high)));  // ticks need digits to differ in
     if (!(low >= 0 && low < 2 * air)) {
       low -= air;
     } else {

@@ -45,7 +45,7 @@ QuickLight::QuickLight(const SolidField& field, const std::optional<CutPlane>& c
   cell_ = nodes * field.spacing();
   for (std::size_t axis = 0; axis < 3; ++axis) {
     origin_[axis] = (low[axis] + 0.5 * (nodes - 1)) * field.spacing();
-    count_[axis] = (high[axis] - low[axis] + nodes - 1) / nodes;
+    count_[axis] = std::max(2, (high[axis] - low[axis] + nodes - 1) / nodes);  // `at` interpolates
   }
 
   std::vector<float> solid(std::size_t(count_[0]) * std::size_t(count_[1]) * std::size_t(count_[2]), 0);

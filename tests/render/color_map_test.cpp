@@ -67,6 +67,9 @@ TEST(ColorScale, OfASignedQuantityIsSymmetric) {
   EXPECT_DOUBLE_EQ(scale.low, -3);
   EXPECT_DOUBLE_EQ(scale.high, 3);
   EXPECT_DOUBLE_EQ(scale.position(0), 0.5);
+  const ColorScale at_rest = scale_of({0, 0}, {.is_signed = true});
+  EXPECT_GT(at_rest.high, 0);
+  EXPECT_DOUBLE_EQ(at_rest.position(0), 0.5);
 }
 
 TEST(ColorScale, SharesTheWidestRangeOfASeries) {
@@ -90,6 +93,7 @@ TEST(ColorScale, FixedRangeHoldsWhateverTheValues) {
   EXPECT_EQ(scale.high, 1.5);
   EXPECT_TRUE(scale.clipped_low);
   EXPECT_TRUE(scale.clipped_high);
+  EXPECT_TRUE(scale_of({1, 2}, {.logarithmic = true, .fixed = {{3, 4}}}).clipped_low);
 }
 
 TEST(ColorScale, OfAConstantHasSomeWidth) {

@@ -93,6 +93,14 @@ TEST(EmbreeImage, DepthIsTheDistanceBehindTheNearPlane) {
   EXPECT_NEAR(r.layers.depth[50 * 101 + 50], r.camera.project(nearest).z(), 0.5 * 2.5 / 40);
 }
 
+TEST(EmbreeImage, ShowsTheFrontOfSpheresThatStandOutOfTheBox) {
+  const Rendered r = render_spheres(block([](const Vec3&) { return 0.0; }, 8), View{0, 0}, 200, 400);
+  const Vec3 pole = r.camera.project(Vec3(4.5 / 8, 8.5 / 8, 1));
+  // The front of the sphere, 0.12 spacings before the face; a ray that began inside would meet its back.
+  EXPECT_NEAR(r.layers.depth[std::size_t(pole.y()) * 200 + std::size_t(pole.x())], pole.z() - 0.12 / 8,
+              0.1 / 8);
+}
+
 TEST(EmbreeImage, ShowsTheBandWhereItLies) {
   const Rendered r = render_surface(porous_block(), View{30, 20}, 160, 280);
   // Centre of mass of dark pixels' scalar along the picture against the projected middle of the band.

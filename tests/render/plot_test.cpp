@@ -60,6 +60,11 @@ TEST(Plot, DrawsTheSteeperCurveAbove) {
   EXPECT_LT(black + 50, blue);
 }
 
+TEST(Plot, OfNeighbouringDoublesComesToAnEnd) {
+  const double next = std::nextafter(1e6, 2e6);
+  EXPECT_NO_THROW(draw_plot({"x", "y", {{"", {0, 1, 2}, {1e6, next, 1e6}}}}, DocumentFormat::png));
+}
+
 TEST(Plot, BreaksTheLineWhereAValueIsMissing) {
   Plot plot{"x", "y", {{"", {0, 1, 2, 3}, {1, NAN, 2, 2}}}};
   EXPECT_NO_THROW(draw_plot(plot, DocumentFormat::png));
