@@ -34,7 +34,7 @@ class Camera {
     const double usable = 1 - 2 * margin;
     camera.pixel_ = std::max(extent.x() / (usable * width), extent.y() / (usable * height));
     camera.centre_ = 0.5 * (box.lower + box.upper);
-    // Surfaces and spheres stand out of the box of the particles by up to 0.6 of their spacing.
+    // Surfaces and spheres stand out of the box by up to 0.6 spacings of its eight or more particles a side.
     camera.depth_ = 0.5 * extent.z() + 0.1 * extent.norm();
     return camera;
   }

@@ -22,6 +22,15 @@ class CommandError : public testing::Test {
     EXPECT_PRED_FORMAT2(testing::IsSubstring, message, outcome.text) << arguments;
   }
 
+  /// scan.toml: a scan of 4^3 voxels of value 48, two cells a side.
+  void write_scan_scene(int solid_label) const {
+    folder.write("scan.raw", std::string(64, '0'));
+    folder.write("scan.toml",
+                 "[microstructure]\nsource = \"scan\"\nfile = \"scan.raw\"\nvoxel_size = 0.1\nsolid = [" +
+                     std::to_string(solid_label) + "]\nshape = [4, 4, 4]\n" +
+                     example_scene.substr(example_scene.find("[material]")));
+  }
+
   const TemporaryFolder folder;
   const fs::path scene = folder.write("scene.toml", example_scene);
 };
@@ -78,7 +87,6 @@ TEST_F(CommandError, OfMemoryThatTheSystemRefusesSaysWhatToDo) {
 TEST_F(CommandError, OfRunComesBeforeAnythingIsWritten) {
   const std::string run = "run scene.toml -o out ";
   folder.write("bad.vdb", "no volume");
-  folder.write("none.raw", std::string(64, '0'));
   expect(4, run + "--set microstructure.source=vdb --set microstructure.file=bad.vdb",
          "bad.vdb: damaged or no OpenVDB");
   expect(2,
@@ -90,11 +98,8 @@ TEST_F(CommandError, OfRunComesBeforeAnythingIsWritten) {
   expect(2, run + "--max-steps 0", "--max-steps: Value 0; expected a number above 0");
   expect(2, run + "--max-walltime inf", "--max-walltime: Value inf; expected a number above 0");
   expect(2, "run scene.toml -o ''", "-o: the output folder has no name.");
-  folder.write("scan.toml",
-               "[microstructure]\nsource = \"scan\"\nfile = \"none.raw\"\nvoxel_size = 0.1\nsolid = "
-               "[1]\nshape = [4, 4, 4]\n" +
-                   example_scene.substr(example_scene.find("[material]")));
-  expect(2, "run scan.toml -o out", "none.raw: no voxel has the solid label 1; labels present: 48");
+  write_scan_scene(1);
+  expect(2, "run scan.toml -o out", "scan.raw: no voxel has the solid label 1; labels present: 48");
   expect(2, "run scan.toml -o out --set microstructure.solid=[48] --set loading.speed=5000",
          "scan.toml: [loading] expected walls slower than the elastic wave speed");
   EXPECT_FALSE(fs::exists(folder.path() / "out/history.csv"));
@@ -102,11 +107,7 @@ TEST_F(CommandError, OfRunComesBeforeAnythingIsWritten) {
 
 TEST_F(CommandError, UnderForceLeavesTheEarlierRun) {
   const fs::path history = folder.write("out/history.csv", "of another run");
-  folder.write("scan.raw", std::string(64, '0'));
-  folder.write("scan.toml",
-               "[microstructure]\nsource = \"scan\"\nfile = \"scan.raw\"\nvoxel_size = 0.1\nsolid = "
-               "[48]\nshape = [4, 4, 4]\n" +
-                   example_scene.substr(example_scene.find("[material]")));
+  write_scan_scene(48);
   expect(2, "run scan.toml -o out --force", "cells of the sample box along an axis = 2; expected at least 4");
   EXPECT_TRUE(fs::exists(history));
   EXPECT_EQ(run_shell(ANTICRACK_BINARY " figure b14 --realizations 1 --resolution 32 --force -o " +

@@ -61,6 +61,15 @@ TEST(OsmesaPreview, SurfaceHasEmbreesSilhouetteAndColours) {
   EXPECT_LT(difference / (3 * double(final.pixels.size())), 25);
 }
 
+// So long that across it one coarse cell would do: the light is interpolated between two at least.
+TEST(QuickLight, OfALongThinSampleIsReadWithinIt) {
+  const Particles rod = make_particles(
+      {6200, 4, 4}, 0.01, [](const Vec3&) { return true; }, [](const Vec3&) { return 0.0; });
+  const SolidField field(rod.position, rod.scalar, rod.spacing);
+  const PointLight light = QuickLight(field).at_particles(rod.position);
+  for (const float sky : light.sky) ASSERT_TRUE(sky >= 0 && sky <= 1 + 1e-6f) << sky;  // a mean, in floats
+}
+
 TEST(OsmesaPreview, SpheresHaveEmbreesSilhouette) {
   const Scene s;
   const PointLight light = QuickLight(s.field).at_particles(s.spheres.position);
